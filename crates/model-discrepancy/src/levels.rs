@@ -246,5 +246,8 @@ pub(crate) const MIN_NESTED_GROUPS: usize = 8;
 /// Fewest fitted groups that show how much their scatter differs.
 pub(crate) const MIN_SCATTERING_GROUPS: usize = 8;
 
+/// Check groups of which one lies off alone, more than: the others must tell that they do not.
+pub(crate) const MIN_SCATTERING_CHECKS: f64 = 3.0;
+
 /// Most groups left out one by one while candidates are compared.
 pub(crate) const CHOICE_FOLDS: usize = 64;

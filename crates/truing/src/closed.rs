@@ -14,6 +14,7 @@ use crate::estimates::{self, Estimates};
 use crate::measured::{Fitted, Prepared};
 use crate::monte_carlo::{MonteCarlo, monte_carlo_of_loop};
 use crate::noise_test::{Repeats, scatter_warning};
+use crate::odd_check;
 use crate::plausible::plausible;
 use crate::residual::Residual;
 use crate::settled::{Settled, settled};
@@ -73,7 +74,8 @@ pub struct Closed {
     /// Everything the engine found, for Rust.
     #[serde(skip)]
     pub closure: Closure,
-    /// The case with its input corrected, where that was wrong.
+    /// The case with its input corrected, where that was wrong, and with a check reading that is off by itself among
+    /// those that are fitted.
     #[serde(skip)]
     pub(crate) corrected: Option<Arc<Case>>,
 }
@@ -212,7 +214,7 @@ pub fn close_loop(case: &Case) -> Result<Closed, Error> {
     // What was said of the case as it stands may say it in other words.
     warnings.extend(declared.warnings.iter().filter(|w| !closed.warnings.contains(w)).cloned());
     closed.warnings = [warnings, closed.warnings].concat();
-    closed.corrected = corrected.map(Arc::new);
+    closed.corrected = closed.corrected.or_else(|| corrected.map(Arc::new));
     closed.suspects = suspects;
     Ok(closed)
 }
@@ -270,6 +272,42 @@ fn before_it(case: &Case, like: &JudgedRms) -> JudgedRms {
 
 /// `made` is the loop as closed before on the case with nothing carried to it.
 fn close(
+    case: &Case,
+    declared: &Fitted,
+    (options, made): (&Options, Option<Settled>),
+    started: Instant,
+) -> Result<Closed, Error> {
+    let closed = close_as_read(case, declared, (options, made), started)?;
+    Ok(with_odd_check(case, &closed, options, started).unwrap_or(closed))
+}
+
+/// The loop closed with the one check reading that is off by itself named as such; `None` where there is none, or where
+/// it is not what is named then.
+fn with_odd_check(
+    case: &Case,
+    closed: &Closed,
+    options: &Options,
+    started: Instant,
+) -> Option<Closed> {
+    let odd_check::Fitted { case, name, said } =
+        odd_check::Fitted::of(case, closed.closure.odd_check?)?;
+    let declared = case.measured.fit().ok()?;
+    let mut anew = close_as_read(&case, &declared, (options, None), started).ok()?;
+    let is_it = |step: &LoopStep| {
+        step.effect.starts_with("bad-")
+            && step.subject.as_ref().is_some_and(|of| of.starts_with(&name))
+    };
+    let is_named = anew.steps.iter().any(is_it) && anew.closure.odd_check.is_none();
+    if !is_named {
+        return None;
+    }
+    anew.before = closed.before.clone();
+    anew.warnings.insert(0, said);
+    anew.corrected = Some(Arc::new(case));
+    Some(anew)
+}
+
+fn close_as_read(
     case: &Case,
     declared: &Fitted,
     (options, made): (&Options, Option<Settled>),

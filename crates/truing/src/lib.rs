@@ -29,6 +29,7 @@ mod measured;
 mod monitor;
 mod monte_carlo;
 mod noise_test;
+mod odd_check;
 mod page;
 mod plan;
 mod plausible;

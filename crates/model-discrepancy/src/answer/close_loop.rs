@@ -5,6 +5,7 @@ use crate::answer::confounded::{Attribution, attribute};
 use crate::answer::confusable::confusability;
 use crate::answer::contradiction::{contradiction, without_names};
 use crate::answer::estimate::{Uncertain, parameter_estimates};
+use crate::answer::external_validation::badly_predicted;
 use crate::answer::left_over::{beside_larger_noise, remaining, structured};
 use crate::answer::opened::{OpenLoop, open_loop};
 use crate::answer::separation::{Advice, Imitation};
@@ -101,7 +102,8 @@ fn closed<'a>(
     let asked = (&attributions[..], &chosen.estimate.state.amplitudes[..]);
     let advice = Advice::new(model, silent, asked, &hidden);
     let steps = steps(context, keep, &chosen, &attributions, (&summaries, &advice));
-    let mut remaining = remaining(context, (&chosen, &lin), left);
+    let badly_predicted = badly_predicted(context, &chosen, &lin);
+    let mut remaining = remaining(context, left, badly_predicted.as_ref());
     remaining.extend(lack_of_fit.as_ref().and_then(LackOfFit::remaining));
     remaining.extend(taken_back);
     remaining.extend(no_gain(context, (&chosen, &lin), &summaries));
@@ -147,6 +149,7 @@ fn closed<'a>(
         steps,
         remaining,
         lack_of_fit,
+        odd_check: badly_predicted.and_then(|of| of.alone),
         confusability,
         confusable_ids,
         warnings,

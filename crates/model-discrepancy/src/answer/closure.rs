@@ -22,6 +22,9 @@ pub struct Closure {
     /// Whether repeats agree better with each other than with the final model; `None` where no
     /// place is visited again.
     pub lack_of_fit: Option<LackOfFit>,
+    /// The one observation of the check groups that lies far off what the fit predicts, where all others of at least
+    /// three are predicted well: a bad reading, which the fit cannot name as it has not seen it.
+    pub odd_check: Option<usize>,
     /// Effects that this design cannot see.
     pub not_observable: Vec<NotObservable>,
     /// Confusability of the candidates: `|cos|` of the largest principal angle between

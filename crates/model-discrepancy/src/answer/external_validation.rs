@@ -1,6 +1,7 @@
 //! Whether groups that the fit did not see are predicted as well as the noise allows.
 
 use crate::levels::BADLY_PREDICTED;
+use crate::levels::MIN_SCATTERING_CHECKS;
 use crate::levels::MIN_SCATTERING_GROUPS;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -26,7 +27,7 @@ pub(crate) fn badly_predicted(
     context: &Context<'_>,
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
-) -> Option<Remaining> {
+) -> Option<BadlyPredicted> {
     let fitted = fitted_scatter(lin)?;
     let check = check_distance(context, chosen, lin, &|row| chosen.estimate.sigma(row))?;
     let declared = if lin.layout.sigma_declared { 1.0 } else { 0.0 };
@@ -36,19 +37,34 @@ pub(crate) fn badly_predicted(
         Some(law.sf(square / rows / fitted.variance.max(declared)))
     };
     let of_all = p_value(check.square, check.rows, check.groups)?;
-    let Worst { name, square, rows, farthest } = &check.worst;
-    let are_others_bad = || {
+    let Worst { name, square, rows, one } = &check.worst;
+    let are_others_bad = {
         let (square, rows) = (check.square - square, check.rows - rows);
         let of_others = p_value(square.max(0.0), rows, check.groups - 1.0);
         rows > 0.0 && of_others.is_some_and(|p_value| p_value <= BADLY_PREDICTED)
     };
-    let may_be_a_tail =
-        || farthest.is_some_and(|farthest| reaches(lin, farthest, check.rows)) && !are_others_bad();
-    (of_all <= BADLY_PREDICTED && !may_be_a_tail()).then(|| Remaining {
-        covariate: "check groups".to_owned(),
+    let one = one.filter(|_| !are_others_bad);
+    let may_be_a_tail = || one.is_some_and(|(_, farthest)| reaches(lin, farthest, check.rows));
+    if of_all > BADLY_PREDICTED || may_be_a_tail() {
+        return None;
+    }
+    let remaining = Remaining {
+        covariate: CHECK_GROUPS.to_owned(),
         shape: format!("predicted worse than the noise allows, worst {name}"),
         p_value: of_all,
-    })
+    };
+    let may_be_alone = check.groups > MIN_SCATTERING_CHECKS;
+    Some(BadlyPredicted { remaining, alone: one.filter(|_| may_be_alone).map(|(of, _)| of) })
+}
+
+/// What [`Remaining::covariate`] is of groups that were set aside.
+const CHECK_GROUPS: &str = "check groups";
+
+/// Check groups that are not predicted as well as the noise allows.
+pub(crate) struct BadlyPredicted {
+    pub(crate) remaining: Remaining,
+    /// The one observation to which all of it is due, where the others are predicted as well as they should be.
+    pub(crate) alone: Option<usize>,
 }
 
 /// How fitted groups scatter about what the others predict.
@@ -93,8 +109,8 @@ struct Worst {
     /// Squared, in units of noise.
     square: f64,
     rows: f64,
-    /// How far its farthest row lies, where it is one observation.
-    farthest: Option<f64>,
+    /// The one observation that it is, with how far its farthest row lies.
+    one: Option<(usize, f64)>,
 }
 
 /// Distance of the check groups, with these standard uncertainties; `None` without such groups, or
@@ -132,9 +148,9 @@ pub(crate) fn check_distance(
     let worst = (0..of_group.len()).max_by(|&a, &b| of_group[a].total_cmp(&of_group[b]))?;
     let groups = (0..is_check.len()).filter(|&g| is_check[g] && of_group[g] > 0.0).count();
     let its_rows: Vec<usize> = (0..rows.len()).filter(|&i| group(rows[i]) == worst).collect();
-    let of_one = its_rows
-        .iter()
-        .all(|&i| layout.rows[rows[i]].observation == layout.rows[rows[its_rows[0]]].observation);
+    let observation = |&i: &usize| layout.rows[rows[i]].observation;
+    let one = its_rows.first().map(observation);
+    let one = one.filter(|one| its_rows.iter().all(|i| observation(i) == *one));
     let farthest = its_rows.iter().map(|&i| error[i].abs()).fold(0.0, f64::max);
     Some(Distance {
         groups: count(groups),
@@ -144,7 +160,7 @@ pub(crate) fn check_distance(
             name: layout.groups[worst].name.clone(),
             square: of_group[worst],
             rows: count(its_rows.len()),
-            farthest: of_one.then_some(farthest),
+            one: one.map(|one| (one, farthest)),
         },
     })
 }

@@ -3,7 +3,7 @@
 use crate::answer::changing_size::of_changing_size;
 use crate::answer::common_errors::common_errors;
 use crate::answer::constancy::inconstant;
-use crate::answer::external_validation::badly_predicted;
+use crate::answer::external_validation::BadlyPredicted;
 use crate::answer::structure::{structure, traces_of_structure};
 use crate::choice::additivity::not_additive;
 use crate::choice::candidate::Source;
@@ -21,11 +21,11 @@ use crate::{Origin, Remaining};
 /// What is left in the fitted groups (see [`structured`]), with what groups set aside and the domain itself say.
 pub(crate) fn remaining(
     context: &Context<'_>,
-    (chosen, lin): (&Selected<'_>, &Linear<'_>),
     structured: Vec<Remaining>,
+    badly_predicted: Option<&BadlyPredicted>,
 ) -> Vec<Remaining> {
     let mut found = structured;
-    found.extend(badly_predicted(context, chosen, lin));
+    found.extend(badly_predicted.map(|of| of.remaining.clone()));
     found.extend(context.model.declared().findings.clone());
     found
 }

@@ -59,8 +59,10 @@ fn two_far_groups_among_those_set_aside_are_structure() {
     assert_eq!(closed(&model).verdict, Verdict::NothingMissing);
     // Seven and eight standard deviations.
     model.residual[11] += 7.0;
+    assert_eq!(closed(&model).odd_check, Some(11));
     model.residual[15] += 8.0;
     let closure = closed(&model);
+    assert_eq!(closure.odd_check, None);
     assert_eq!(closure.verdict, Verdict::StructureRemains);
     let found = &closure.remaining[0];
     assert_eq!(found.covariate, "check groups");

@@ -53,6 +53,7 @@ pub(crate) const KIND: Kind = Kind {
         ),
         Readings {
             fewest: 1,
+            fitted: "frame",
             samples: Some(Samples {
                 file: WRENCH,
                 label: "press",

@@ -19,6 +19,8 @@ pub(crate) struct Readings {
     pub(crate) are_places: bool,
     /// Whether they follow each other without a pause, where one of two instruments may come late.
     pub(crate) is_record: bool,
+    /// What the column `use` says of rows that are fitted, where others are set aside.
+    pub(crate) fitted: &'static str,
     /// The samples that were recorded of each row, where there are any.
     pub(crate) samples: Option<Samples>,
     /// Tables of what is read, by file and by the column that names it in both: what no row reads any more goes.
@@ -47,6 +49,7 @@ impl Readings {
             fewest: 3,
             are_places: false,
             is_record: false,
+            fitted: "fit",
             samples: None,
             of: &[],
             labels: &[],

@@ -38,6 +38,7 @@ mod met_by_all;
 mod monitor;
 mod monte_carlo;
 mod nurbs;
+mod odd_check;
 mod plan;
 mod pose_icp;
 mod pose_icp_messages;

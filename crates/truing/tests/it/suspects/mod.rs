@@ -22,7 +22,7 @@ use serde_json::Value;
 use crate::command::Case;
 
 /// A committed case, to make mistakes in.
-fn fixture(name: &str, files: &[&str]) -> Case {
+pub(crate) fn fixture(name: &str, files: &[&str]) -> Case {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(name);
     let text = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
     let texts: Vec<(&str, String)> = files.iter().map(|file| (*file, text(file))).collect();
@@ -39,7 +39,7 @@ fn survey() -> Case {
 }
 
 /// Rewrites the cells of some columns of a table, row by row.
-fn change(
+pub(crate) fn change(
     case: &Case,
     file: &str,
     columns: &[&str],
