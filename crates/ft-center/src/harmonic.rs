@@ -8,6 +8,9 @@ use crate::gate::InContact;
 
 /// Gauss-Newton steps on the frequency; it converges quadratically from half a bin.
 const MAX_STEPS: usize = 12;
+/// Turns over the whole record below which the last step settles it: the next would be far less, and the centre goes with its
+/// square.
+const SETTLED: f64 = 1e-7;
 
 /// Least-squares fit of `m = Fz (c + Σ aₕ cos hωt + bₕ sin hωt)`.
 ///
@@ -57,8 +60,16 @@ pub(crate) fn fit(samples: &[InContact], basis: Basis) -> Option<HarmonicFit> {
     fit_with_columns(samples, basis).map(|(fitted, _)| fitted)
 }
 
-/// The same, and an orthonormal basis of the columns.
-fn fit_with_columns(samples: &[InContact], basis: Basis) -> Option<(HarmonicFit, DMatrix<f64>)> {
+/// Columns of a fit.
+struct Columns {
+    /// `Fz`, then `Fz cos hωt` and `Fz sin hωt` of each harmonic.
+    design: DMatrix<f64>,
+    /// An orthonormal basis of them.
+    orthonormal: DMatrix<f64>,
+}
+
+/// The same with its columns.
+fn fit_with_columns(samples: &[InContact], basis: Basis) -> Option<(HarmonicFit, Columns)> {
     let design = design(samples, basis);
     let moments = DMatrix::from_fn(samples.len(), 2, |i, axis| samples[i].moment_nmm[axis]);
     let qr = design.clone().qr();
@@ -75,7 +86,8 @@ fn fit_with_columns(samples: &[InContact], basis: Basis) -> Option<(HarmonicFit,
     first[(0, 0)] = 1.0;
     let weights = r.tr_solve_upper_triangular(&first)?;
     let influence = (&q * weights).iter().copied().collect();
-    Some((HarmonicFit { coefficients, residuals_nmm, influence }, q))
+    let fitted = HarmonicFit { coefficients, residuals_nmm, influence };
+    Some((fitted, Columns { design, orthonormal: q }))
 }
 
 /// Ratio of diagonal entries of R under which a record does not tell a harmonic from a constant:
@@ -92,7 +104,7 @@ pub(crate) fn refine(samples: &[InContact], start: Basis) -> Option<(Basis, Harm
         let step_hz = frequency_step(samples, basis, &fitted, &columns)?.clamp(-most_hz, most_hz);
         basis.frequency_hz += step_hz;
         (fitted, columns) = fit_with_columns(samples, basis)?;
-        if (step_hz * length_s).abs() < 1e-10 {
+        if (step_hz * length_s).abs() < SETTLED {
             break;
         }
     }
@@ -104,7 +116,7 @@ fn frequency_step(
     samples: &[InContact],
     basis: Basis,
     fitted: &HarmonicFit,
-    q: &DMatrix<f64>,
+    Columns { design, orthonormal: q }: &Columns,
 ) -> Option<f64> {
     let mut slope = DMatrix::zeros(samples.len(), 2);
     let middle_s = middle(samples);
@@ -112,11 +124,11 @@ fn frequency_step(
         let t = s.time_s - middle_s;
         for h in 1..=basis.harmonics {
             let rate = TAU * crate::count(h) * t;
-            let (sin, cos) = (rate * basis.frequency_hz).sin_cos();
+            let (cos, sin) = (design[(i, 2 * h - 1)], design[(i, 2 * h)]);
             for axis in 0..2 {
                 let a = fitted.coefficients[(2 * h - 1, axis)];
                 let b = fitted.coefficients[(2 * h, axis)];
-                slope[(i, axis)] += s.fz_n * rate * (b * cos - a * sin);
+                slope[(i, axis)] += rate * (b * cos - a * sin);
             }
         }
     }
@@ -138,11 +150,12 @@ fn design(samples: &[InContact], basis: Basis) -> DMatrix<f64> {
     let middle_s = middle(samples);
     for (i, s) in samples.iter().enumerate() {
         design[(i, 0)] = s.fz_n;
-        let angle = TAU * basis.frequency_hz * (s.time_s - middle_s);
+        let (sin, cos) = (TAU * basis.frequency_hz * (s.time_s - middle_s)).sin_cos();
+        let (mut real, mut imaginary) = (s.fz_n, 0.0);
         for h in 1..=basis.harmonics {
-            let (sin, cos) = (angle * crate::count(h)).sin_cos();
-            design[(i, 2 * h - 1)] = s.fz_n * cos;
-            design[(i, 2 * h)] = s.fz_n * sin;
+            (real, imaginary) = (real * cos - imaginary * sin, real * sin + imaginary * cos);
+            design[(i, 2 * h - 1)] = real;
+            design[(i, 2 * h)] = imaginary;
         }
     }
     design

@@ -10,7 +10,7 @@ use crate::nominal::NominalFoot;
 /// from is a pattern that the part may have as well.
 const EACH_WAY: usize = 5;
 /// Standard uncertainties from which on it is seen beside all that is smooth.
-const SEEN: f64 = 3.0;
+const SEEN: f64 = 1.5;
 
 /// Those of `axes` whose reversal shows beside any error that goes smoothly with the normal, as a ball, a shift, a scale, a
 /// stylus that gives way, or with the forms that the part may have.

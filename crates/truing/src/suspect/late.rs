@@ -12,6 +12,9 @@ use crate::kind::Files;
 /// Samples by which a channel is tried as late, either way: of a signal that goes up and down, only the right number
 /// helps.
 const FARTHEST: isize = 24;
+/// Samples by which the first trials lie apart: what is so far from the right number helps, too, unless the signal turns
+/// within as many.
+const APART: usize = 3;
 
 /// Each channel of the record shifted by the samples that leave the least.
 pub(super) fn late_channels(files: &Files) -> Vec<Hypothesis> {
@@ -31,9 +34,14 @@ pub(super) fn late_channels(files: &Files) -> Vec<Hypothesis> {
             let shifted = all.into_iter().next_back()?;
             Some((misfit_with(files, &shifted.edits)?, shifted))
         };
-        let by = (2..=FARTHEST).flat_map(|by| [by, -by]);
-        let least = by.filter_map(tried).min_by(|a, b| a.0.share.total_cmp(&b.0.share));
-        least.map(|(_, shifted)| shifted)
+        let of_least = |all: &mut dyn Iterator<Item = isize>| {
+            let all = all.filter(|by| (2..=FARTHEST).contains(&by.abs()));
+            let all = all.filter_map(|by| Some((by, tried(by)?)));
+            all.min_by(|a, b| a.1.0.share.total_cmp(&b.1.0.share))
+        };
+        let (about, _) = of_least(&mut (2..=FARTHEST).step_by(APART).flat_map(|by| [by, -by]))?;
+        let (_, (_, shifted)) = of_least(&mut (about - 2..=about + 2))?;
+        Some(shifted)
     };
     columns.par_iter().filter_map(of_column).collect()
 }
