@@ -32,6 +32,7 @@ const MOST_FITTED: usize = 3;
 /// with it. Tried are all single effects and all pairs, and of three and more also any one or two of them left
 /// out or replaced; of one, as a deviation of its own at every place, or a drift with a time constant of its
 /// own, those with half its numbers at most.
+/// An effect that is looked for [only instead](crate::Effect::only_instead) takes the place of more than it is put in with.
 /// They are compared by the Bayesian information criterion in which all sets of a size are beforehand as likely
 /// together as those of another (Chen and Chen 2008). Effects that live in one group, and shapes along
 /// covariates, stay. Where a name is not what it promises, something outside the catalogue is missing, and
@@ -82,7 +83,12 @@ pub(crate) fn exchange<'a>(
     let Some((candidates, sets)) = sets_of(&scoring, &plain, &named) else { return false };
     let own = sets.of_named();
     let before = cost(&chosen.system, &chosen.estimate, &rows);
-    for (set, description) in sets.better().into_iter().take(MOST_FITTED) {
+    let effects = &context.model.declared().effects;
+    let only_instead =
+        |&i: &usize| matches!(what(&candidates[i]), What::Effect(e) if effects[e].only_instead);
+    let may_be_set = |set: &[usize]| set.len() < named.len() || !set.iter().any(only_instead);
+    let better = sets.better().into_iter().filter(|(set, _)| may_be_set(set));
+    for (set, description) in better.take(MOST_FITTED) {
         let members: Vec<&Candidate> = set.iter().map(|&i| &candidates[i]).collect();
         let level = scoring.alpha / count(candidates.len());
         let Some(tests) = needed(&scoring, &members, level) else { continue };

@@ -191,7 +191,9 @@ pub(crate) fn score_catalogue(
     let lin = scoring.lin;
     let mut candidates = Vec::new();
     let mut not_estimable = Vec::new();
-    let is_open = |effect: usize| !scoring.banned.contains(&effect);
+    let effects = &system.model.declared().effects;
+    let is_open =
+        |effect: usize| !scoring.banned.contains(&effect) && !effects[effect].only_instead;
     for (effect, sight) in catalogue(system, at, lin).into_iter().filter(|(e, _)| is_open(*e)) {
         match sight {
             Estimability::Estimable(candidate) => candidates.push(*candidate),
@@ -202,11 +204,7 @@ pub(crate) fn score_catalogue(
     for (effect, sight) in local_effects(system, at, lin).filter(|(e, _)| is_open(*e)) {
         match sight {
             LocalEstimability::Estimable(local) => {
-                locals.push(
-                    &system.model.declared().effects[effect].id,
-                    effect,
-                    local.test.p_value,
-                );
+                locals.push(&effects[effect].id, effect, local.test.p_value);
             }
             LocalEstimability::NotEstimable(absorbed) => not_estimable.push((effect, absorbed)),
         }

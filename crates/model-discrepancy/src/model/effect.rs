@@ -26,6 +26,9 @@ pub struct Effect {
     /// coordinate` by each coordinate of that place: a matrix per amplitude, with all rows of the
     /// layout and one column per coordinate. Uncertainties count the place as fitted. Empty of others.
     pub by_place: Vec<DMatrix<f64>>,
+    /// Whether it is looked for only in place of two effects or more that were named: one that the design hardly tells from
+    /// others, for which it would stand in wherever one reading is far off.
+    pub only_instead: bool,
     /// What it moves.
     pub scope: Scope,
     /// Size that no amplitude of it has in the world, in internal units; `None` where none is too
@@ -63,6 +66,7 @@ impl Effect {
             driver: None,
             searched: 1,
             by_place: Vec::new(),
+            only_instead: false,
             scope: Scope::Everywhere,
             maximum: None,
             parameters,

@@ -229,13 +229,16 @@ fn reversal(setting: &Setting<'_>) -> Entry {
 }
 
 /// The same of one axis, where the ball comes along its approach from the side that it came from.
-fn approach_reversal(axis: usize) -> Entry {
+fn approach_reversal((axis, only_instead): (usize, bool)) -> Entry {
     let name = AXES[axis];
     let text = format!(
         "the machine's {name} axis reads otherwise where the ball comes from the other side"
     );
     let term = Term::ApproachReversal { axis };
-    entry("reversal", &text, vec![micrometres(name)], term).about(&format!("{name}, by approach"))
+    let mut entry = entry("reversal", &text, vec![micrometres(name)], term)
+        .about(&format!("{name}, by approach"));
+    entry.effect.only_instead = only_instead;
+    entry
 }
 
 /// Axes along which the touches show more than this mean square of a motion.

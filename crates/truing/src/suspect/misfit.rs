@@ -123,6 +123,12 @@ impl Misfit {
         self.chi2_per_dof.filter(|chi2| *chi2 > NOISE).map(|chi2| chi2 - 1.0)
     }
 
+    /// The same of the residual, in its unit.
+    pub(super) fn above_noise_rms(&self) -> Option<f64> {
+        let chi2 = self.chi2_per_dof?;
+        Some(self.rms * (self.above_noise()? / chi2).sqrt())
+    }
+
     pub(super) fn is_noise(&self) -> bool {
         self.chi2_per_dof.is_some_and(|chi2| (TOO_GOOD..NOISE).contains(&chi2))
     }

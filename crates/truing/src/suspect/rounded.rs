@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::coarse::{Coarse, coarse};
 use super::hypothesis::{Hypothesis, is_or_are, listed, present, stretches_of};
 use super::search::{Found, Plain, misfit_with};
-use super::unit::all_and_each;
+use super::unit::{Dimension, all_and_each};
 use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 
@@ -26,6 +26,9 @@ const TWICE: std::ops::Range<f64> = 1.6..2.8;
 /// be, or half as little, the others are not asked.
 const MANY_ROWS: usize = 400;
 const CLEARLY: f64 = 2.0;
+/// An error of a length that was read leaves as much at most: a step so many times less than what is left above the noise
+/// is no part of it.
+const FAR_FINER: f64 = 20.0;
 
 /// The columns of which rounding explains what is left above the declared noise.
 pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
@@ -34,7 +37,9 @@ pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
         let samples = of.samples.iter().flat_map(|s| s.sets.iter().map(move |set| (s.file, set)));
         of.sets.iter().map(|set| (of.file, set)).chain(samples)
     });
-    let mut found = of_readings.filter_map(|(file, (columns, _))| {
+    let left_mm = plain.misfit.above_noise_rms().filter(|_| plain.misfit.unit == "mm");
+    let least_mm = left_mm.map(|left_mm| left_mm / FAR_FINER);
+    let mut found = of_readings.filter_map(|(file, (columns, dimension))| {
         let table = files.folder.table(file, &[]).ok().filter(|t| t.n_rows() <= MOST_ROWS)?;
         let there = present(Some(&table), columns);
         let sets = all_and_each(&there).into_iter();
@@ -42,7 +47,14 @@ pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
             let to = |decimals: usize| -> Option<Vec<Coarse<'_>>> {
                 set.iter().map(|column| coarse(&table, column, decimals)).collect()
             };
-            DECIMALS.filter_map(to).filter(|all| all.iter().any(|c| c.is_read)).collect::<Vec<_>>()
+            let least_mm = least_mm.filter(|_| *dimension == Dimension::Length);
+            let is_step = |of: &Coarse<'_>| {
+                least_mm
+                    .is_none_or(|least| last_digit(&table, of).is_some_and(|step| step >= least))
+            };
+            let may_be =
+                |all: &Vec<Coarse<'_>>| all.iter().any(|of| of.is_read) && all.iter().any(is_step);
+            DECIMALS.filter_map(to).filter(may_be).collect::<Vec<_>>()
         });
         let is_it = |coarse: &Vec<Coarse<'_>>| {
             let of = (files, (file, &table), &coarse[..]);
@@ -95,13 +107,18 @@ fn left_with((files, table, coarse): Of<'_>, how: How, draw: Option<(u32, f64)>)
     misfit_with(files, &edits?)?.above_noise()
 }
 
+/// A step of the last digit of a column, in the unit of its name.
+fn last_digit(table: &Table, of: &Coarse<'_>) -> Option<f64> {
+    Some(table.unit_of(&[of.column])? * 10f64.powi(-i32::try_from(of.decimals).ok()?))
+}
+
 fn again(
     (file, table): (&'static str, &Table),
     of: &Coarse<'_>,
     how: How,
     draw: Option<(u32, f64)>,
 ) -> Option<Edit> {
-    let step = table.unit_of(&[of.column])? * 10f64.powi(-i32::try_from(of.decimals).ok()?);
+    let step = last_digit(table, of)?;
     let read = table.numbers(of.column)?;
     let (draw, sign) = draw.unwrap_or_default();
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(draw));

@@ -44,6 +44,7 @@ struct Open {
     effect: usize,
     id: String,
     has_subject: bool,
+    only_instead: bool,
     searched: f64,
     coordinates: usize,
     min_kept: f64,
@@ -98,6 +99,7 @@ impl Wide {
                 effect: e,
                 id: effect.id.clone(),
                 has_subject,
+                only_instead: effect.only_instead,
                 searched: count(effect.searched.max(1)),
                 coordinates: effect.coordinates(),
                 min_kept: min_kept(effect),
@@ -137,7 +139,8 @@ impl Wide {
         (block, alpha): (usize, f64),
     ) -> Passing {
         let left = self.left(beside, block);
-        let seen = self.seen(beside, &left, block);
+        let mut seen = self.seen(beside, &left, block);
+        seen.retain(|seen| !seen.one.only_instead);
         let class = classes(&seen, &left);
         let trials = trials(&seen, &class, single);
         let adjusted = adjusted(&seen, &trials);
