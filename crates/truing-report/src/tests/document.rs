@@ -109,6 +109,7 @@ fn empty_closure() -> Closure {
         verdict: Verdict::NothingMissing,
         remaining: vec![],
         lack_of_fit: None,
+        odd_check: None,
         not_observable: vec![],
         confusability: DMatrix::zeros(0, 0),
         confusable_ids: vec![],

@@ -64,6 +64,7 @@ pub(crate) fn four_displacements() -> Sample {
         verdict: Verdict::Explained,
         remaining: vec![],
         lack_of_fit: None,
+        odd_check: None,
         not_observable: vec![],
         confusability: confusability(4, 0.98),
         confusable_ids: strings(&["moment-gain", "force-gain", "frame-scale", "datum-offset"]),

@@ -116,6 +116,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
             Remaining { covariate: "order".into(), shape: "autocorrelated".into(), p_value: 0.004 },
         ],
         lack_of_fit: None,
+        odd_check: None,
         not_observable: vec![NotObservable {
             effect: "sensor-bias".into(),
             aliased_with: strings(&["frame tx", "frame ty"]),

@@ -157,6 +157,7 @@ fn closure(layout: &Layout, before: Vec<f64>, after: Vec<f64>) -> Closure {
         verdict: Verdict::Explained,
         remaining: vec![],
         lack_of_fit: None,
+        odd_check: None,
         not_observable: not_observable(),
         confusability: confusability(7, 0.62),
         confusable_ids: strings(&[
