@@ -140,6 +140,9 @@ pub(crate) const STEADY: f64 = 0.9;
 /// Significance from which on one group differs from the others, all groups together.
 pub(crate) const ODD_GROUP: f64 = 1e-3;
 
+/// The same of a stretch of readings that scatters otherwise, all stretches together: of heavy tails some lie together.
+pub(crate) const ODD_STRETCH: f64 = 1e-6;
+
 /// Significance that must be left of a name once check groups that it predicts no better are heard: that which it
 /// needed without them, as what is there shows in them as well.
 pub(crate) const HEARD: f64 = 1e-3;

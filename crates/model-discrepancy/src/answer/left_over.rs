@@ -16,6 +16,7 @@ use crate::noise::linear::Linear;
 use crate::tests::global_test::global_test;
 use crate::tests::groups_apart::groups_apart;
 use crate::tests::odd_group::{odd_groups, odd_scatter};
+use crate::tests::odd_stretch::odd_stretch;
 use crate::{Origin, Remaining};
 
 /// What is left in the fitted groups (see [`structured`]), with what groups set aside and the domain itself say.
@@ -53,6 +54,7 @@ pub(crate) fn structured(
     found.extend(not_additive(context, chosen, lin).into_iter().map(|d| d.remaining));
     found.extend(structure(context, lin));
     found.extend(odd_groups(lin).or_else(|| groups_apart(lin)));
+    found.extend(odd_stretch(lin));
     found.extend(inconstant(context, lin));
     found
 }

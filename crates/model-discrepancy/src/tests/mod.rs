@@ -9,6 +9,7 @@ pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
 pub(crate) mod left_out;
 pub(crate) mod odd_group;
+pub(crate) mod odd_stretch;
 pub(crate) mod pooled_scatter;
 pub(crate) mod scatter_along;
 pub(crate) mod significance;

@@ -40,8 +40,12 @@ const FEWEST: usize = 8;
 /// Share of the slope that the steepest tenth exceeds, below which a record stands still: there,
 /// residual over slope is noise over noise and drowns what the rest says.
 const MOVES: f64 = 0.5;
-/// Correlation of one residual over slope with the next, beyond which it is not jitter.
+/// Correlation of one residual over slope with the next, beyond which it is not jitter, unless it is less than the second
+/// and so many readings on less than the third: a clock that wanders forgets, and what goes on along a ramp does not.
 const MEMORY: f64 = 0.4;
+const WANDERS: f64 = 0.85;
+const FORGOTTEN: f64 = 0.15;
+const FORGOTTEN_AFTER: usize = 10;
 
 /// A record on another clock: its column, its time, what it should have read, and the stretches
 /// within which time runs on.
@@ -408,7 +412,11 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     let steep = steep(&pairs);
     let late: Vec<f64> = steep.iter().map(|(slope, r)| r / slope).collect();
     let square: f64 = late.iter().map(|l| l * l).sum();
-    let next: f64 = late.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let along = |by: usize| {
+        late.iter().zip(late.iter().skip(by)).map(|(one, other)| one * other).sum::<f64>() / square
+    };
+    let wanders = along(1) < WANDERS && along(FORGOTTEN_AFTER).abs() < FORGOTTEN;
+    let goes_on = along(1) > MEMORY && !wanders;
     let jitter_s = (square / count(late.len())).sqrt();
     pairs.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     let rms = |part: &[(f64, f64)]| {
@@ -426,7 +434,7 @@ fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     let ratio = rms(steepest) / rms(flat);
     // A variance of n readings has a logarithm of variance 2/n.
     let by_chance = STEEP_SIGMAS * (4.0 / count(tenth)).sqrt();
-    if ratio < STEEP || 2.0 * ratio.ln() < by_chance || next / square > MEMORY {
+    if ratio < STEEP || 2.0 * ratio.ln() < by_chance || goes_on {
         return None;
     }
     let description = format!(
@@ -544,6 +552,19 @@ mod tests {
         assert_eq!(found_in(clean, |i| if is_off(i) { 1.5 } else { 0.0 }), None);
         let at_random = |i: usize| if is_off(i) { 3.0 * even(i + 7) } else { 0.0 };
         assert!(found_in(clean, at_random).is_some());
+    }
+
+    #[test]
+    fn a_clock_that_wanders_within_some_readings_is_jitter() {
+        // Of five readings in a row a part is common.
+        let late_s = |i: usize| 0.04 * (0..5).map(|back| even(i + 7 - back)).sum::<f64>();
+        let at = |ramp: usize, way: f64| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 40")]
+            let reading = (way * count(EACH)).round() as usize;
+            1000 * ramp + reading
+        };
+        let found = found(|slope, ramp, way| slope * late_s(at(ramp, way)));
+        assert!(found.is_some_and(|words| words.contains("jitters")));
     }
 
     #[test]

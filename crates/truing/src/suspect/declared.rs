@@ -17,6 +17,9 @@ const ALIKE: f64 = 2.0;
 pub(super) const NOISES_MM: [&str; 5] =
     ["point_mm", "deviation_mm", "displacement_mm", "range_mm", "distance_mm"];
 
+/// Noise of forces and of moments, which may both be.
+const NOISES_OF_FORCE: [&str; 2] = ["force_n", "moment_nmm"];
+
 /// The declared noise so many times as large as it is declared, in a setting or in a column.
 pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothesis> {
     let what = format!(
@@ -44,7 +47,14 @@ pub(super) fn noise_in_another_unit(files: &Files, times: f64) -> Option<Hypothe
             .then(|| Hypothesis::of("input:unit", (file, &there), description, edits))
     };
     let of_columns = || files.kind.uncertain.iter().find_map(of_column);
-    NOISES_MM.into_iter().find_map(of).or_else(of_columns)
+    let of_forces = || {
+        let all = NOISES_OF_FORCE.into_iter().filter_map(of);
+        all.reduce(|one, other| {
+            let description = format!("{}; and {}", one.description, other.description);
+            Hypothesis { description, ..one.and(&other.edits) }
+        })
+    };
+    NOISES_MM.into_iter().find_map(of).or_else(of_columns).or_else(of_forces)
 }
 
 /// The smaller ones in a larger unit, or the larger ones in a smaller one, where a column has two sorts.

@@ -63,6 +63,8 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         let files = &current.files;
         let list = mistakes(files, Some(fitted));
         let certain = Trials::proved(files, &list, Proof::Certain).first();
+        let clear: Vec<Hypothesis> =
+            list.iter().filter(|mistake| mistake.proof == Proof::Clear).cloned().collect();
         // Where rows were left out, what is left of the mistake at their ends looks like others.
         let left_out = examined.suspects.last().is_some_and(Suspect::leaves_out_what_misfits);
         let (found, after) = if certain.is_some() {
@@ -78,6 +80,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
         };
         let found = found.or_else(|| rounded_beside(current, &plain, &mut physics));
         let found = found.or_else(|| noise_too_small(current, &plain, &mut physics));
+        let found = found.or_else(|| Trials::of_those(files, clear, None).first());
         let Some(found) = found.map(|found| found.of_all(&current.files)) else { break };
         if let Some(again) = named.iter().position(|known| known.is(&found.named)) {
             return without_what_is_undone(case, named, again, &plainly.unwrap_or(misfit));

@@ -37,6 +37,8 @@ pub(crate) enum Proof {
     FitIfNoOther,
     /// The fit; and physics that does the same would have to go against its own nature.
     Unphysical,
+    /// The same, and the data themselves, however good the fit is, where nothing else is found.
+    Clear,
 }
 
 impl Hypothesis {
@@ -69,6 +71,16 @@ impl Hypothesis {
     /// The same, where physics cannot be meant.
     pub(crate) fn unphysical(self) -> Self {
         Self { proof: Proof::Unphysical, ..self }
+    }
+
+    /// The same, where physics cannot be meant and the data themselves show it.
+    pub(crate) fn clear(self) -> Self {
+        Self { proof: Proof::Clear, ..self }
+    }
+
+    /// Whether physics cannot be meant.
+    pub(super) fn is_unphysical(&self) -> bool {
+        matches!(self.proof, Proof::Unphysical | Proof::Clear)
     }
 
     /// Whether it is the same change, of the same rows.

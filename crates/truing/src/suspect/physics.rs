@@ -181,7 +181,7 @@ impl Physics {
     pub(super) fn beside_alone(&self, case: &Case, found: &Found, before: &Misfit) -> Contest {
         // Straight lines between readings average their noise: a clock gains √2 by that alone.
         let gain = found.after.map_or(0.0, |after| before.gain(&after));
-        if found.named.proof == Proof::Unphysical && gain >= PHYSICS_LEAVES {
+        if found.named.is_unphysical() && gain >= PHYSICS_LEAVES {
             return Contest::Lost;
         }
         let after_it = case.with(&found.named.edits).ok().map(|mended| Self::of(&mended));

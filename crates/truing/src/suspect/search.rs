@@ -132,7 +132,7 @@ impl Plain {
     /// Whether it is far above the noise that was declared, and hardly anything beside what was measured.
     pub(super) fn is_small_beside_far_less_noise(&self) -> bool {
         let is_far = self.misfit.chi2_per_dof.is_some_and(|chi2| chi2 >= FAR_LESS_NOISE);
-        is_far && self.misfit.share < QUIET * self.yardstick.gross
+        is_far && self.misfit.is_next_to_nothing()
     }
 
     /// Whether hardly anything is left of the noise that was declared.
@@ -294,7 +294,7 @@ impl Trials {
         let is_of_physics = |m: &Misfit| !m.is_noise() && m.share < m.gross;
         let may_be = |h: &Hypothesis| plain.misfit.chi2_per_dof.is_some() || !h.omits_a_file();
         let helps = |h: &Hypothesis, m: &Misfit| {
-            let least = if h.proof == Proof::Unphysical { LITTLE } else { least };
+            let least = if h.is_unphysical() { LITTLE } else { least };
             gain(m) >= least && is_evident(m.dof, gain(m))
         };
         let mut all = self.pick(|h, m| is_of_physics(m) && may_be(h) && helps(h, m));

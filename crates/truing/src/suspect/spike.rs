@@ -42,15 +42,17 @@ pub(crate) fn spikes(
     let alone = |name: &&str, rows: &[usize]| {
         table.numbers(name).is_some_and(|values| jumps_there_alone(&values, rows))
     };
+    let left: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
+    let of_left = || Some(vec![highest(&left)?]).filter(|one| jumps_there_alone(&left, one));
     let one = || Some(farthest(fitted, 1)).filter(|one| columns.iter().any(|of| alone(of, one)));
-    let far = far_apart(fitted).or_else(one)?;
+    let far = far_apart(fitted).or_else(of_left).or_else(one)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
-    let left: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
-    let are_clear = jumping.is_some()
-        && (far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
-            || jumps_there_alone(&left, &far)
-            || jumping.is_some_and(|name| alone(&name, &far)));
+    let are_clear = jumps_there_alone(&left, &far)
+        || jumping.is_some_and(|name| {
+            far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
+                || alone(&name, &far)
+        });
     let column = jumping.or_else(|| columns.first().copied())?;
     let channel = jumping.map_or_else(|| "a channel".to_owned(), |name| listed(&[name]));
     let (rows, do_not) = if far.len() == 1 { ("a row", "does not") } else { ("rows", "do not") };
@@ -61,7 +63,7 @@ pub(crate) fn spikes(
     );
     let edits = vec![rows_left_out(file, &marked)];
     let found = Hypothesis::of("input:spike", (file, &[column]), description, edits);
-    Some(if are_clear { found.certain() } else { found.unphysical() })
+    Some(if are_clear { found.clear() } else { found.unphysical() })
 }
 
 /// The column that jumps most in these rows, of those that do not go on there.
@@ -72,6 +74,12 @@ fn jumping(table: &Table, columns: &[&'static str], rows: &[usize]) -> Option<&'
         Some((*name, jumping.map(|row| jumps[*row]).max_by(f64::total_cmp)?))
     };
     columns.iter().filter_map(most).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| name)
+}
+
+/// Where a series jumps most.
+fn highest(values: &[f64]) -> Option<usize> {
+    let jumps = jumps(values);
+    (0..jumps.len()).max_by(|&a, &b| jumps[a].total_cmp(&jumps[b]))
 }
 
 /// Whether a series jumps in each of these rows so many times as far as anywhere else but beside them.

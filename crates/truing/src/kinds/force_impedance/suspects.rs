@@ -37,6 +37,8 @@ const MEAN_LEAVES: f64 = 0.1;
 const SMOOTH: f64 = 1.0;
 /// One kilogram weighs that much.
 const N_PER_KG: f64 = 9.806_65;
+/// The international pound of 1959 weighs that much.
+const N_PER_LBF: f64 = 4.448_221_615_260_5;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     if files.folder.has(PATH) { path(files) } else { log(files, fitted) }
@@ -95,7 +97,11 @@ fn of_head(files: &Files) -> Vec<Hypothesis> {
     let keys = ["tip_to_plane_mm", "plane_to_joint_mm", "head_radius_mm", "bracket_radius_mm"];
     let mut all: Vec<Hypothesis> =
         keys.iter().flat_map(|key| lengths(document, &["head", key])).collect();
-    let weight = [("in another unit, kg instead of N", N_PER_KG), ("of the opposite sign", -1.0)];
+    let weight = [
+        ("in another unit, kg instead of N", N_PER_KG),
+        ("in another unit, lbf instead of N", N_PER_LBF),
+        ("of the opposite sign", -1.0),
+    ];
     all.extend(weight.iter().filter_map(|(what, factor)| {
         scaled_setting(document, &["head", "weight_n"], "input:unit", what, *factor)
     }));

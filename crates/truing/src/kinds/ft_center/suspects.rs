@@ -70,6 +70,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(copies(PRESSES, known, &MACHINE, Proof::Gross));
     all.extend(exchanges(PRESSES, known, &MACHINE));
     all.extend(signs(PRESSES, known, &MACHINE));
+    all.extend(handedness(files));
     all.extend(sorted_as_text(PRESSES, known, "press", &MACHINE));
     if let (Some(fitted), Some(table)) = (fitted, known) {
         let is_known = |row: &usize| {
@@ -81,6 +82,18 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         all.extend(exchanged_rows(PRESSES, known, &MACHINE, &far));
     }
     all
+}
+
+/// Sensor and machine turned against each other, or not, otherwise than is declared.
+fn handedness(files: &Files) -> Option<Hypothesis> {
+    let path = ["model", "handedness"];
+    let other = match files.document.value(&path)?.as_str()? {
+        "same" => "opposed",
+        "opposed" => "same",
+        _ => return None,
+    };
+    let what = format!("wrong, machine and sensor are mirrored otherwise: \"{other}\"");
+    Some(other_setting(&path, "input:handedness", &what, toml::Value::String(other.to_owned())))
 }
 
 /// What may be wrong with the six columns of a wrench.
