@@ -31,6 +31,34 @@ fn a_case_that_cannot_be_fitted_and_scatters_more_than_declared_says_why() {
     assert!(said.stdout.contains("lbf") || said.stderr.contains("lbf"), "{}", said.stderr);
 }
 
+/// Both in units a thousand times as large: what is left goes with nothing.
+#[test]
+fn noise_of_forces_and_moments_in_another_unit_is_named() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    case.write("case.toml", text + "\n[noise]\nforce_n = 5e-5\nmoment_nmm = 2.5e-3\n");
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:unit", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("force_n") && said.contains("moment_nmm"), "{said}");
+}
+
+/// To presses that is what two axes exchanged are, or one of the other sign.
+#[test]
+fn a_wrong_handedness_is_among_what_is_named() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
+    let of = |name: &str| format!("{text}\n[model]\nhandedness = \"{name}\"\n");
+    case.write("case.toml", of("same"));
+    let is_wrong = case.json("loop")["verdict"] == "input-wrong";
+    let (right, wrong) = if is_wrong { ("opposed", "same") } else { ("same", "opposed") };
+    case.write("case.toml", of(right));
+    assert_ne!(case.json("loop")["verdict"], "input-wrong");
+    case.write("case.toml", of(wrong));
+    let rivals = first(&case).0["indistinguishable_from"].to_string();
+    assert!(rivals.contains("input:handedness"), "{rivals}");
+}
+
 const NOISE_TOO_SMALL: &str = "\n[noise]\nforce_n = 0.001\nmoment_nmm = 0.05\n";
 
 #[test]
