@@ -556,8 +556,8 @@ mod tests {
 
     #[test]
     fn a_clock_that_wanders_within_some_readings_is_jitter() {
-        // Of five readings in a row a part is common.
-        let late_s = |i: usize| 0.04 * (0..5).map(|back| even(i + 7 - back)).sum::<f64>();
+        // As late for three readings in a row.
+        let late_s = |i: usize| 0.06 * even(7919 * (i / 3));
         let at = |ramp: usize, way: f64| {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 40")]
             let reading = (way * count(EACH)).round() as usize;

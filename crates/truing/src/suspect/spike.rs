@@ -42,7 +42,8 @@ pub(crate) fn spikes(
     let alone = |name: &&str, rows: &[usize]| {
         table.numbers(name).is_some_and(|values| jumps_there_alone(&values, rows))
     };
-    let left: Vec<f64> = fitted.observations.iter().map(|o| o.residual[0]).collect();
+    let left: Vec<f64> =
+        fitted.observations.iter().filter_map(|o| o.residual.first().copied()).collect();
     let of_left = || Some(vec![highest(&left)?]).filter(|one| jumps_there_alone(&left, one));
     let one = || Some(farthest(fitted, 1)).filter(|one| columns.iter().any(|of| alone(of, one)));
     let far = far_apart(fitted).or_else(of_left).or_else(one)?;
