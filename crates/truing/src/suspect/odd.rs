@@ -45,26 +45,40 @@ pub(super) fn odd_among_neighbours(
     Factor::all(dimension, declared).into_iter().filter_map(of_factor).collect()
 }
 
-/// How far each number of a record lies above or below both that before and that after it, in medians of its distance from
-/// the middle between them; zero between the two, as on a step.
-pub(super) fn jumps(values: &[f64]) -> Vec<f64> {
-    let from_beside = |row: usize| {
-        let other = |at: Option<usize>| Some(values[row] - values.get(at?)?);
-        let [before, after] = [other(row.checked_sub(1)), other(Some(row + 1))];
-        let one = before.or(after).unwrap_or(0.0);
-        [before.unwrap_or(one), after.unwrap_or(one)]
-    };
-    let all: Vec<[f64; 2]> = (0..values.len()).map(from_beside).collect();
-    if all.is_empty() {
-        return Vec::new();
-    }
-    let off = all.iter().map(|[before, after]| f64::midpoint(*before, *after).abs());
-    // A number that stands like both its neighbours does not jump, however still all others stand.
-    let usual = median(off.collect()).max(f64::MIN_POSITIVE);
+/// How far each number of a record lies above or below both that before and that after it; zero between the two, as on a
+/// step.
+pub(super) fn heights(values: &[f64]) -> Vec<f64> {
     let height = |[before, after]: [f64; 2]| {
         if before * after > 0.0 { before.abs().min(after.abs()) } else { 0.0 }
     };
-    all.into_iter().map(|pair| height(pair) / usual).collect()
+    (0..values.len()).map(|row| height(from_beside(values, row))).collect()
+}
+
+/// The same in medians of the distance of a number from the middle between those beside it.
+pub(super) fn jumps(values: &[f64]) -> Vec<f64> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    let off = (0..values.len()).map(|row| {
+        let [before, after] = from_beside(values, row);
+        f64::midpoint(before, after).abs()
+    });
+    // A number that stands like both its neighbours does not jump, however still all others stand.
+    let usual = median(off.collect()).max(f64::MIN_POSITIVE);
+    heights(values).into_iter().map(|height| height / usual).collect()
+}
+
+/// A number less that before and that after it; at either end one is where the two next to it lead.
+fn from_beside(values: &[f64], row: usize) -> [f64; 2] {
+    let at = |row: Option<usize>| values.get(row?).copied();
+    let [before, after] = [at(row.checked_sub(1)), at(Some(row + 1))];
+    let led = || match (before, after) {
+        (Some(one), None) => Some(2.0 * one - at(row.checked_sub(2))?),
+        (None, Some(one)) => Some(2.0 * one - at(Some(row + 2))?),
+        _ => None,
+    };
+    let led = led().unwrap_or(values[row]);
+    [before.unwrap_or(led), after.unwrap_or(led)].map(|other| values[row] - other)
 }
 
 /// Whether a number of a record goes on as those before and after it do.

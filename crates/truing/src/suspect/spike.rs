@@ -2,9 +2,10 @@
 
 use super::channel::rows_left_out;
 use super::hypothesis::{Hypothesis, lines_of, listed};
-use super::odd::{goes_on, jumps};
+use super::odd::{goes_on, heights, jumps};
 use super::order::farthest;
 use crate::case::Table;
+use crate::count::rms;
 use crate::measured::Fitted;
 
 /// Spikes at most: more are a stretch.
@@ -14,6 +15,8 @@ const MOST: usize = 5;
 /// tails like 1/x³.
 const APART: f64 = 4.0;
 const CLEARLY_APART: f64 = 6.0;
+/// Times by which one sample is farther off than any other where a channel says the same.
+const FARTHER: f64 = 2.0;
 
 /// A few readings, each of which is several times as far off as any other, in their order.
 pub(super) fn far_apart(fitted: &Fitted) -> Option<Vec<usize>> {
@@ -44,12 +47,13 @@ pub(crate) fn spikes(
     };
     let left: Vec<f64> =
         fitted.observations.iter().filter_map(|o| o.residual.first().copied()).collect();
-    let of_left = || Some(vec![highest(&left)?]).filter(|one| jumps_there_alone(&left, one));
-    let one = || Some(farthest(fitted, 1)).filter(|one| columns.iter().any(|of| alone(of, one)));
+    let of_left = || Some(vec![highest(&left)?]).filter(|one| stands_out(&left, one));
+    let is_of_one = |one: &Vec<usize>| one.len() == 1 && columns.iter().any(|of| alone(of, one));
+    let one = || far_apart_by(fitted, FARTHER).filter(is_of_one);
     let far = far_apart(fitted).or_else(of_left).or_else(one)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
-    let are_clear = jumps_there_alone(&left, &far)
+    let are_clear = stands_out(&left, &far)
         || jumping.is_some_and(|name| {
             far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
                 || alone(&name, &far)
@@ -79,15 +83,52 @@ fn jumping(table: &Table, columns: &[&'static str], rows: &[usize]) -> Option<&'
 
 /// Where a series jumps most.
 fn highest(values: &[f64]) -> Option<usize> {
-    let jumps = jumps(values);
-    (0..jumps.len()).max_by(|&a, &b| jumps[a].total_cmp(&jumps[b]))
+    let heights = heights(values);
+    (0..heights.len()).max_by(|&a, &b| heights[a].total_cmp(&heights[b]))
 }
 
 /// Whether a series jumps in each of these rows so many times as far as anywhere else but beside them.
 fn jumps_there_alone(values: &[f64], rows: &[usize]) -> bool {
-    let jumps = jumps(values);
+    let heights = heights(values);
+    let most = elsewhere(&heights, rows).fold(0.0, f64::max);
+    rows.iter().all(|row| heights[*row] > 0.0 && heights[*row] >= CLEARLY_APART * most)
+}
+
+/// The same, and by several times what it is off by elsewhere: of what is smooth a corner is the only jump.
+fn stands_out(left: &[f64], rows: &[usize]) -> bool {
+    let heights = heights(left);
+    let usual = rms(elsewhere(left, rows));
+    jumps_there_alone(left, rows) && rows.iter().all(|row| heights[*row] >= APART * usual)
+}
+
+/// The values of all rows but these and those beside them.
+fn elsewhere<'v>(values: &'v [f64], rows: &'v [usize]) -> impl Iterator<Item = f64> + 'v {
     let is_elsewhere = |row: &usize| !rows.iter().any(|spike| spike.abs_diff(*row) <= 1);
-    let elsewhere = (0..jumps.len()).filter(is_elsewhere).map(|row| jumps[row]);
-    let most = elsewhere.fold(0.0, f64::max);
-    rows.iter().all(|row| jumps[*row] >= CLEARLY_APART * most)
+    (0..values.len()).filter(is_elsewhere).map(|row| values[row])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::count::count;
+
+    const ROWS: usize = 60;
+
+    #[test]
+    fn what_fits_without_noise_has_no_spike() {
+        assert!(!stands_out(&[0.0; ROWS], &[30]));
+        // A lag along a ramp up and down: one corner, and no other jump.
+        let corner: Vec<f64> = (0..ROWS).map(|i| 30.0 - (count(i) - 30.0).abs()).collect();
+        assert_eq!(highest(&corner), Some(30));
+        assert!(jumps_there_alone(&corner, &[30]));
+        assert!(!stands_out(&corner, &[30]));
+    }
+
+    #[test]
+    fn a_spike_on_a_drift_stands_out() {
+        let mut left: Vec<f64> = (0..ROWS).map(|i| 0.03 * count(i) + 0.1 * count(i % 2)).collect();
+        left[20] += 9.0;
+        assert_eq!(highest(&left), Some(20));
+        assert!(stands_out(&left, &[20]));
+    }
 }

@@ -125,27 +125,26 @@ fn a_spike_is_of_the_channel_that_jumps() {
     }
 }
 
-#[test]
-fn a_weight_in_pounds_is_no_zero_of_a_cell() {
+/// A sound log of a head whose weight is written otherwise.
+fn with_weight(of: impl Fn(f64) -> f64) -> Case {
     let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
     let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
     let line = text.lines().find(|line| line.starts_with("weight_n")).unwrap();
     let weight_n = number(line.split_once('=').unwrap().1.trim());
-    let pounds = format!("weight_n = {:.3}", weight_n / 4.448_221_615_260_5);
-    case.write("case.toml", text.replace(line, &pounds));
-    let [effect, said] = named(&case);
+    case.write("case.toml", text.replace(line, &format!("weight_n = {:?}", of(weight_n))));
+    case
+}
+
+#[test]
+fn a_weight_in_pounds_is_no_zero_of_a_cell() {
+    let [effect, said] = named(&with_weight(|n| (1e3 * n / 4.448_221_615_260_5).round() / 1e3));
     assert_eq!(effect, "input:unit");
     assert!(said.contains("lbf instead of N"), "{said}");
 }
 
 #[test]
 fn a_weight_ten_times_as_large_is_a_decimal_point_and_no_heavier_head() {
-    let case = fixture("force-impedance/nothing-coloured", &["case.toml", "log.csv"]);
-    let text = std::fs::read_to_string(case.file("case.toml")).unwrap();
-    let line = text.lines().find(|line| line.starts_with("weight_n")).unwrap();
-    let weight_n = number(line.split_once('=').unwrap().1.trim());
-    case.write("case.toml", text.replace(line, &format!("weight_n = {:?}", 10.0 * weight_n)));
-    let [effect, said] = named(&case);
+    let [effect, said] = named(&with_weight(|n| 10.0 * n));
     assert_eq!(effect, "input:decimal-point");
     assert!(said.contains("`[head] weight_n`"), "{said}");
 }
