@@ -87,9 +87,14 @@ pub(crate) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
 }
 
 /// Accepted effects of an id that count from one of these readings on, of those that have begun at a row.
-pub(crate) fn begun<'a>(json: &'a Value, id: &str, names: &[String], row: usize) -> Vec<&'a Value> {
+pub(crate) fn begun<'a>(
+    json: &'a Value,
+    (id, whose): (&str, &str),
+    names: &[String],
+    row: usize,
+) -> Vec<&'a Value> {
     let first = |subject: &str| {
-        let first = subject.strip_prefix("from ")?.strip_suffix(" on")?;
+        let first = subject.strip_prefix(whose)?.strip_prefix("from ")?.strip_suffix(" on")?;
         names.iter().position(|name| name == first)
     };
     let all = subjects(json, id).into_iter();

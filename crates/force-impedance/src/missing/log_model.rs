@@ -127,8 +127,8 @@ impl LogModel {
 
     /// What is looked for in the residual, where there is a force to drift.
     fn sought<'a>(&self, elapsed: &'a [f64]) -> Sought<'a> {
-        let drift = self.drift().filter(|_| self.has_reference).map(|drift| (drift, elapsed));
-        Sought { drift, ..Sought::default() }
+        let drifts = self.drift().filter(|_| self.has_reference).into_iter().collect();
+        Sought { drifts, elapsed, ..Sought::default() }
     }
 
     /// At each block, as a share of the log's length.
@@ -142,10 +142,9 @@ impl LogModel {
 
     /// The model with what its residual shows in the catalogue.
     fn with_shown(mut self, shown: Shown) -> Self {
-        let Some(drift) = self.drift() else { return self };
-        for (index, course) in shown.courses.iter().enumerate() {
+        for (index, (drift, course)) in shown.courses.iter().enumerate() {
             let (elapsed, reported) = (self.elapsed(), ("N", 1.0));
-            let effect = course.effect(&self, drift, &elapsed, "of the log's length", reported);
+            let effect = course.effect(&self, *drift, &elapsed, "of the log's length", reported);
             self.declared.effects.push(effect);
             self.catalogue.push(LogEffect::Course(index));
         }
@@ -343,7 +342,7 @@ impl LogModel {
             }),
             LogEffect::FrictionLeftOut => rubbed(block, amplitude),
             LogEffect::Course(index) => {
-                let come = self.shown.courses[index].come(&[block.elapsed_share])[0];
+                let come = self.shown.courses[index].1.come(&[block.elapsed_share])[0];
                 (come * amplitude, come)
             }
             LogEffect::CellGain(cell) => {
@@ -391,6 +390,8 @@ fn records(
 
 /// Without what comes to rest with another beside it: that is of a leg, and not of the force.
 fn of_the_force(mut shown: Shown) -> Shown {
-    shown.courses.retain(|course| !matches!(course, Course::Settling(s) if s.leaves_another()));
+    shown
+        .courses
+        .retain(|(_, course)| !matches!(course, Course::Settling(s) if s.leaves_another()));
     shown
 }

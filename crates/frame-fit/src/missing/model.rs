@@ -130,7 +130,9 @@ impl<const D: usize> FrameModel<D> {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        Sought { drift: self.drift(), places, has_surface: false }
+        let (drifts, elapsed) =
+            self.drift().map(|(drift, elapsed)| (vec![drift], elapsed)).unwrap_or_default();
+        Sought { drifts, elapsed, places, has_surface: false }
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.
@@ -145,11 +147,11 @@ impl<const D: usize> FrameModel<D> {
 
     /// The model with what its residual shows in the catalogue.
     pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
-        for course in &shown.courses {
-            let Some((drift, elapsed)) = self.drift() else { break };
-            let is_timed = self.declared.effects[drift].driver.is_some();
+        for (drift, course) in &shown.courses {
+            let Some((_, elapsed)) = self.drift() else { break };
+            let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "points" };
-            let effect = course.effect(&self, drift, elapsed, unit, ("mm", 1.0));
+            let effect = course.effect(&self, *drift, elapsed, unit, ("mm", 1.0));
             let elapsed = course.come(elapsed);
             self.declared.effects.push(effect);
             self.terms.push(Term::Drift { elapsed });

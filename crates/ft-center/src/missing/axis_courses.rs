@@ -23,12 +23,12 @@ impl AxisRun<'_> {
             Shown::of(&model, &State::start(&model), &sought(&elapsed, &places)).courses
         };
         let mut courses = self.means().map_or_else(Vec::new, about);
-        let is_known = |known: &[Course], course: &Course| {
-            known.iter().any(|k| std::mem::discriminant(k) == std::mem::discriminant(course))
+        let is_known = |known: &[(usize, Course)], course: &Course| {
+            known.iter().any(|(_, k)| std::mem::discriminant(k) == std::mem::discriminant(course))
         };
-        for course in about(self.lines()) {
+        for (drift, course) in about(self.lines()) {
             if !is_known(&courses, &course) {
-                courses.push(course);
+                courses.push((drift, course));
             }
         }
         Shown { courses, ..Shown::default() }
@@ -68,7 +68,7 @@ impl AxisRun<'_> {
         let elapsed = self.elapsed();
         let model = self.beside(self.lines(), vec![self.even()]);
         let unit = if self.time().is_some() { "s" } else { "readings" };
-        let along = |course: &Course| {
+        let along = |(_, course): &(usize, Course)| {
             let mut effect = course.effect(&model, 0, &elapsed, unit, self.motion.reported());
             // Zero and length have a unit each.
             effect.parameters = self.growing(", in the end");
@@ -132,5 +132,5 @@ impl AxisRun<'_> {
 }
 
 fn sought<'a>(elapsed: &'a [f64], places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-    Sought { drift: Some((0, elapsed)), places, has_surface: false }
+    Sought { drifts: vec![0], elapsed, places, has_surface: false }
 }

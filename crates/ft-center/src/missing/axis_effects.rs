@@ -21,6 +21,9 @@ const MIN_CYCLES: usize = 3;
 /// A rotary axis must cover this much before what repeats with its turn is told from a curve.
 const MIN_ARC_DEG: f64 = 120.0;
 const TURN_DEG: f64 = 360.0;
+/// Travel of a rotary axis from which on a parabola is no rival: of it a wave per turn and a zero leave a fortieth of its
+/// standard deviation over 120°, a ninth over 240°.
+const MIN_TURNED_DEG: f64 = 240.0;
 /// Waves in the travel by which two periods must differ to be told apart.
 const TOLD_APART: f64 = 0.5;
 
@@ -247,6 +250,10 @@ impl AxisRun<'_> {
         if self.motion == AxisMotion::Rotary && range >= MIN_ARC_DEG {
             waves.push(self.wave("once per turn of the axis", TURN_DEG, 1));
             waves.push(self.wave("twice per turn of the axis", 0.5 * TURN_DEG, 1));
+            if range < MIN_TURNED_DEG {
+                waves.push(self.parabola());
+                waves.push(self.wave_and_zero());
+            }
         }
         if let Some(lead) = self.lead {
             waves.push(self.wave(&format!("once per turn of the screw, {lead} {unit}"), lead, 1));
@@ -273,6 +280,26 @@ impl AxisRun<'_> {
         waves
     }
 
+    /// A parabola along the travel, which part of a turn hardly tells from a wave per turn about a zero.
+    fn parabola(&self) -> AxisTerm {
+        let (fine, factor) = self.motion.reported();
+        let (ratio, per) = ratio(self.motion);
+        let targets = distinct_targets(self.readings);
+        let ends = targets.first().zip(targets.last()).filter(|(low, high)| high > low);
+        let (low, travel) = ends.map_or((0.0, 1.0), |(low, high)| (*low, high - low));
+        let at = |r: &AxisReading| (r.target - low) / travel;
+        let text =
+            "every target has a deviation of its own that repeats, on a parabola along the travel";
+        let parameters = vec![
+            parameter("in the middle beside the ends", fine, factor),
+            parameter("pitch error", ratio, per),
+            parameter("offset", fine, factor),
+        ];
+        let middle = self.each(|r| 4.0 * at(r) * (1.0 - at(r)));
+        let columns = vec![middle, self.each(|r| r.target), self.each(|_| 1.0)];
+        term(Effect::new("profile", text, parameters).about("a parabola"), columns)
+    }
+
     fn wave(&self, subject: &str, period: f64, searched: usize) -> AxisTerm {
         let (fine, factor) = self.motion.reported();
         let parameters =
@@ -282,6 +309,15 @@ impl AxisRun<'_> {
         let effect = Effect { searched, ..Effect::new("cyclic-error", text, parameters) };
         let (cosine, sine) = self.wave_columns(period);
         term(effect.about(subject), vec![cosine, sine])
+    }
+
+    /// The wave per turn about a zero that was set at one end of the travel.
+    fn wave_and_zero(&self) -> AxisTerm {
+        let (fine, factor) = self.motion.reported();
+        let mut wave = self.wave("once per turn of the axis, and its zero", TURN_DEG, 1);
+        wave.effect.parameters.push(parameter("offset", fine, factor));
+        wave.columns.push(self.each(|_| 1.0));
+        wave
     }
 
     /// Growth with every temperature that was recorded.

@@ -152,7 +152,7 @@ impl PressModel {
     /// What is looked for in the residual. Presses are in the order made, as their records have times:
     /// a session need not lie among the others.
     fn sought<'a>(&self, elapsed: &'a [f64]) -> Sought<'a> {
-        Sought { drift: self.drift().map(|drift| (drift, elapsed)), ..Sought::default() }
+        Sought { drifts: self.drift().into_iter().collect(), elapsed, ..Sought::default() }
     }
 
     /// At each press, as a share of the session.
@@ -162,10 +162,9 @@ impl PressModel {
 
     /// The model with what its residual shows in the catalogue.
     fn with_shown(mut self, shown: Shown) -> Self {
-        let Some(drift) = self.drift() else { return self };
-        for (index, course) in shown.courses.iter().enumerate() {
+        for (index, (drift, course)) in shown.courses.iter().enumerate() {
             let reported = ("µm", 1e3);
-            let effect = course.effect(&self, drift, &self.elapsed(), "of the session", reported);
+            let effect = course.effect(&self, *drift, &self.elapsed(), "of the session", reported);
             self.declared.effects.push(effect);
             self.design.catalogue.effects.push(PressEffect::Course(index));
         }
@@ -204,7 +203,7 @@ impl PressModel {
 
     /// How far a drift has come along each of its courses, at a share of the session.
     pub(crate) fn come(&self, elapsed_ratio: f64) -> Vec<f64> {
-        self.shown.courses.iter().map(|course| course.come(&[elapsed_ratio])[0]).collect()
+        self.shown.courses.iter().map(|(_, course)| course.come(&[elapsed_ratio])[0]).collect()
     }
 
     /// Index into the presses given of each observation of the layout.

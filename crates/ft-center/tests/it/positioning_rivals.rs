@@ -193,3 +193,44 @@ fn an_offset_read_from_one_side_says_what_would_tell_it_from_a_reversal() {
     let advice = step.separate_by.as_deref();
     assert!(advice.is_some_and(|text| text.contains("from the other side")), "{step:?}");
 }
+
+/// Over a third of a turn an eccentric scale and a bent one read alike: the answer has both names.
+#[test]
+fn over_part_of_a_turn_a_parabola_and_a_wave_per_turn_are_rivals() {
+    const ARC_DEG: f64 = 120.0;
+    let bent = |share: f64| 10.0 * 4.0 * share * (1.0 - share);
+    let eccentric = |share: f64| {
+        let turned = |share: f64| (ARC_DEG * (share - 0.5)).to_radians().cos();
+        25.0 * (turned(share) - turned(0.0))
+    };
+    for error in [&bent as &dyn Fn(f64) -> f64, &eccentric] {
+        // Of 450 mm a third of a turn, of a micrometre half a second.
+        let noise = run(36, 0.5, |_, _, _| 0.0);
+        let targets = || noise.iter().map(|r| r.target);
+        let (first, last) =
+            (targets().fold(f64::INFINITY, f64::min), targets().fold(0.0, f64::max));
+        let share = |target: f64| (target - first) / (last - first);
+        let readings: Vec<AxisReading> = noise
+            .iter()
+            .map(|r| AxisReading {
+                target: ARC_DEG * share(r.target),
+                deviation: r.deviation + error(share(r.target)),
+                ..r.clone()
+            })
+            .collect();
+        let motion = AxisMotion::Rotary;
+        let run =
+            AxisRun { readings: &readings, motion, lead: None, cycles: None, covariates: &[] };
+        let model = positioning_model(&run, &run.shown(), Some(0.5)).unwrap();
+        let options = Options { nested: false, ..Options::default() };
+        let closure = close_loop(&model, &[], &options).unwrap();
+        let step = &closure.steps[0];
+        let of = |step: &model_discrepancy::Step| format!("{} {:?}", step.effect, step.subject);
+        let all = [vec![of(step)], step.rivals.clone()].concat();
+        let has = |name: &str, subject: &str| {
+            all.iter().any(|of| of.contains(name) && of.contains(subject))
+        };
+        assert!(has("profile", "a parabola"), "{all:?}");
+        assert!(has("cyclic-error", "per turn of the axis"), "{all:?}");
+    }
+}

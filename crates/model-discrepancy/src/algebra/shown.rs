@@ -11,16 +11,18 @@ use crate::{Course, Declared, Model, Patch, State};
 pub struct Shown {
     /// Patches of the part.
     pub patches: Vec<Patch>,
-    /// Courses of the drift.
-    pub courses: Vec<Course>,
+    /// Courses of a drift, each with the effect of the catalogue that goes on evenly.
+    pub courses: Vec<(usize, Course)>,
 }
 
 /// What is looked for in the residual of a model.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Sought<'a> {
-    /// The effect of the catalogue that goes on evenly, and what its amplitudes are multiplied by: the
-    /// time since the start of the series, one value per observation.
-    pub drift: Option<(usize, &'a [f64])>,
+    /// The effects of the catalogue that go on evenly.
+    pub drifts: Vec<usize>,
+    /// What their amplitudes are multiplied by: the time since the start of the series, one value per
+    /// observation.
+    pub elapsed: &'a [f64],
     /// Place of each observation, as far as there is one.
     pub places: &'a [Option<Point3<f64>>],
     /// Whether it is a surface that was measured, which may be higher in one place.
@@ -32,9 +34,7 @@ impl Shown {
     /// has, where white noise hardly ever shows it as clear.
     #[must_use]
     pub fn of(model: &dyn Model, at: &State, sought: &Sought<'_>) -> Self {
-        let courses = sought.drift.map_or_else(Vec::new, |(drift, elapsed)| {
-            clearest_courses(model, at, drift, elapsed, sought.places)
-        });
+        let courses = sought.courses(model, at, clearest_courses);
         Self { patches: sought.patches(model, at), courses }
     }
 
@@ -65,14 +65,13 @@ impl Shown {
         }
         let (patches, courses) = (all - self.effects(), all - self.courses.len());
         let patches = sought.patches(model, &without(found, patches..courses));
-        let courses = sought.drift.map_or_else(Vec::new, |(drift, elapsed)| {
-            let of_time = || (courses..all).chain([drift]);
-            let look =
-                if of_time().any(|e| found.has(e)) { likeliest_courses } else { clearest_courses };
-            look(model, &without(found, of_time()), drift, elapsed, sought.places)
-        });
-        let courses = courses.into_iter().map(|course| {
-            self.courses.iter().copied().find(|known| known.is_like(&course)).unwrap_or(course)
+        let of_time = || (courses..all).chain(sought.drifts.iter().copied());
+        let look =
+            if of_time().any(|e| found.has(e)) { likeliest_courses } else { clearest_courses };
+        let courses = sought.courses(model, &without(found, of_time()), look);
+        let courses = courses.into_iter().map(|(drift, course)| {
+            let is_it = |(of, known): &(usize, Course)| *of == drift && known.is_like(&course);
+            self.courses.iter().copied().find(is_it).unwrap_or((drift, course))
         });
         Self {
             patches: not_empty(patches, &self.patches),
@@ -81,7 +80,17 @@ impl Shown {
     }
 }
 
+/// Courses along which a drift takes most of the residual of a model at a state: the effect that goes on evenly, the time
+/// that had passed, and places.
+type Look = fn(&dyn Model, &State, usize, &[f64], &[Option<Point3<f64>>]) -> Vec<Course>;
+
 impl Sought<'_> {
+    fn courses(&self, model: &dyn Model, at: &State, look: Look) -> Vec<(usize, Course)> {
+        let of = |drift: &usize| look(model, at, *drift, self.elapsed, self.places);
+        let each = self.drifts.iter().map(|drift| (*drift, of(drift)));
+        each.flat_map(|(drift, all)| all.into_iter().map(move |course| (drift, course))).collect()
+    }
+
     fn patches(&self, model: &dyn Model, at: &State) -> Vec<Patch> {
         if self.has_surface { clearest_patches(model, at, self.places) } else { Vec::new() }
     }

@@ -41,8 +41,8 @@ fn found(model: &LinearModel, amplitudes: &[(usize, f64)]) -> State {
 /// The model with what was shown at the end of its catalogue.
 fn with(model: &LinearModel, shown: &Shown) -> LinearModel {
     let mut all = model.clone();
-    for course in &shown.courses {
-        let effect = course.effect(model, DRIFT, &elapsed(), "s", ("mm", 1.0));
+    for (drift, course) in &shown.courses {
+        let effect = course.effect(model, *drift, &elapsed(), "s", ("mm", 1.0));
         push(&mut all, effect, DMatrix::from_vec(N, 1, course.come(&elapsed())));
     }
     all
@@ -51,13 +51,14 @@ fn with(model: &LinearModel, shown: &Shown) -> LinearModel {
 #[test]
 fn a_course_shows_as_it_is_beside_what_hid_it() {
     let elapsed = elapsed();
-    let sought = Sought { drift: Some((DRIFT, &elapsed)), ..Sought::default() };
+    let sought = Sought { drifts: vec![DRIFT], elapsed: &elapsed, ..Sought::default() };
     let comes_to_rest = |t: f64| 12.0 * -(-t / TIME_CONSTANT).exp_m1();
     let model = series(|t, warm| comes_to_rest(t) + 40.0 * warm);
     let at_first = Shown::of(&model, &State::start(&model), &sought);
     // Farthest from the true course, as a share of all that it comes to.
     let off = |shown: &Shown| {
-        let all = shown.courses.iter().filter(|course| matches!(course, Course::Settling(_)));
+        let courses = shown.courses.iter().map(|(_, course)| course);
+        let all = courses.filter(|course| matches!(course, Course::Settling(_)));
         let away = |course: &Course| {
             let come = course.come(&elapsed);
             let of = |(c, t): (&f64, &f64)| (c - comes_to_rest(*t) / 12.0).abs();
@@ -76,7 +77,7 @@ fn a_course_shows_as_it_is_beside_what_hid_it() {
 #[test]
 fn where_nothing_was_found_nothing_else_is_shown() {
     let elapsed = elapsed();
-    let sought = Sought { drift: Some((DRIFT, &elapsed)), ..Sought::default() };
+    let sought = Sought { drifts: vec![DRIFT], elapsed: &elapsed, ..Sought::default() };
     let model = series(|t, _| 12.0 * -(-t / TIME_CONSTANT).exp_m1());
     let at_first = Shown::of(&model, &State::start(&model), &sought);
     assert_eq!(at_first.effects(), 1);
@@ -94,12 +95,15 @@ fn a_drift_that_was_found_has_its_likeliest_rivals() {
         model.declared.effects[DRIFT].driver = Some("time_s".to_owned());
         model
     };
-    let sought = Sought { drift: Some((DRIFT, &elapsed)), ..Sought::default() };
+    let sought = Sought { drifts: vec![DRIFT], elapsed: &elapsed, ..Sought::default() };
     let at_first = Shown::of(&timed, &State::start(&timed), &sought);
-    assert!(!at_first.courses.iter().any(|course| matches!(course, Course::Session(_))));
+    assert!(!at_first.courses.iter().any(|(_, course)| matches!(course, Course::Session(_))));
     let model = with(&timed, &at_first);
     let there = at_first.beside(&model, &found(&model, &[(DRIFT, 0.05)]), &sought);
-    assert!(matches!(there.courses[..], [Course::Settling(_), Course::Session(_)]), "{there:?}");
+    assert!(
+        matches!(there.courses[..], [(DRIFT, Course::Settling(_)), (DRIFT, Course::Session(_))]),
+        "{there:?}"
+    );
     // Found again, they are the same, so that the loop comes to an end.
     let model = with(&timed, &there);
     assert_eq!(there.beside(&model, &found(&model, &[(DRIFT, 0.05)]), &sought), there);

@@ -198,8 +198,9 @@ impl PoseModel {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        let drift = self.drift().map(|(effect, elapsed, _)| (effect, elapsed));
-        Sought { drift, places: places_mm, has_surface: true }
+        let drift = self.drift().map(|(effect, elapsed, _)| (vec![effect], elapsed));
+        let (drifts, elapsed) = drift.unwrap_or_default();
+        Sought { drifts, elapsed, places: places_mm, has_surface: true }
     }
 
     /// The drift of the catalogue, the time that had passed at each touch, and its axes.
@@ -215,11 +216,11 @@ impl PoseModel {
         let places_mm = self.places_mm();
         self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
         self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
-        for course in &shown.courses {
-            let Some((drift, elapsed, axes)) = self.drift() else { break };
-            let is_timed = self.declared.effects[drift].driver.is_some();
+        for (drift, course) in &shown.courses {
+            let Some((_, elapsed, axes)) = self.drift() else { break };
+            let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
-            let effect = course.effect(&self, drift, elapsed, unit, ("µm", 1e3));
+            let effect = course.effect(&self, *drift, elapsed, unit, ("µm", 1e3));
             let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.to_vec() };
             self.declared.effects.push(effect);
             self.terms.push(term);

@@ -1,5 +1,5 @@
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, Quantity, Role, Row, Shown, Sought, State,
+    Course, Covariate, Declared, Effect, Group, Layout, Quantity, Role, Row, Shown, Sought, State,
     resolution_of,
 };
 mod discrepancy;
@@ -171,16 +171,12 @@ impl ProbeModel {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        let drift = self.drift().map(|(effect, elapsed, _)| (effect, elapsed));
-        Sought { drift, places: places_mm, has_surface: true }
-    }
-
-    /// The drift of the catalogue, the time that had passed at each touch, and its axes.
-    fn drift(&self) -> Option<(usize, &[f64], &[usize])> {
-        self.terms.iter().enumerate().find_map(|(effect, term)| match term {
-            Term::Drift { elapsed, axes } => Some((effect, &**elapsed, &**axes)),
-            _ => None,
-        })
+        let of_the_catalogue = self.terms.len() - self.shown.effects();
+        let terms = self.terms[..of_the_catalogue].iter().enumerate();
+        let (drifts, elapsed): (Vec<usize>, Vec<&[f64]>) =
+            terms.filter_map(|(at, term)| Some((at, term.elapsed()?))).unzip();
+        let elapsed = elapsed.first().copied().unwrap_or_default();
+        Sought { drifts, elapsed, places: places_mm, has_surface: true }
     }
 
     /// The model with what its residual shows in the catalogue.
@@ -188,12 +184,19 @@ impl ProbeModel {
         let places_mm = self.places_mm();
         self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
         self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
-        for course in &shown.courses {
-            let Some((drift, elapsed, axes)) = self.drift() else { break };
-            let is_timed = self.declared.effects[drift].driver.is_some();
+        for (drift, course) in &shown.courses {
+            let Some(elapsed) = self.terms[*drift].elapsed() else { continue };
+            let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
-            let effect = course.effect(&self, drift, elapsed, unit, ("µm", 1e3));
-            let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.to_vec() };
+            let mut effect = course.effect(&self, *drift, elapsed, unit, ("µm", 1e3));
+            let from = effect.subject.as_deref().and_then(|s| s.strip_prefix("trigger, "));
+            if let (Course::Session(_), Some(from)) = (course, from) {
+                effect.description = format!(
+                    "all touches come sooner or later {from}: dirt on the ball, another stylus, or \
+                     another trigger"
+                );
+            }
+            let term = self.terms[*drift].clone().gone(course.come(elapsed));
             self.declared.effects.push(effect);
             self.terms.push(term);
         }

@@ -97,6 +97,22 @@ impl Term {
         matches!(self, Self::Form { .. } | Self::Patch(_))
     }
 
+    /// What a drift has gone through at each touch; `None` of all else.
+    pub(crate) fn elapsed(&self) -> Option<&[f64]> {
+        match self {
+            Self::Drift { elapsed, .. } | Self::TriggerDrift { elapsed } => Some(elapsed),
+            _ => None,
+        }
+    }
+
+    /// The same drift gone another way.
+    pub(crate) fn gone(mut self, come: Vec<f64>) -> Self {
+        if let Self::Drift { elapsed, .. } | Self::TriggerDrift { elapsed } = &mut self {
+            *elapsed = come;
+        }
+        self
+    }
+
     /// What a unit of each amplitude adds to the reading; empty where the effect does nothing to it.
     pub(crate) fn readings(&self, at: &Situation<'_>) -> Vec<Vector3<f64>> {
         let approach = at.approach.into_inner();

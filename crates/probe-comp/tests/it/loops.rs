@@ -318,3 +318,27 @@ fn a_reversal_that_a_shallow_part_shows_is_no_scale() {
         assert!((x.value - 1e3 * half_mm).abs() < 4.0 * x.std && x.name == "x", "{x:?}");
     }
 }
+
+/// Dirt that the ball picks up makes it larger wherever it touches: no way that the machine has moved does the same.
+#[test]
+fn a_ball_that_is_larger_from_one_touch_on_is_a_session_of_the_trigger() {
+    let mut rng = ChaCha8Rng::seed_from_u64(36);
+    let touches = directions(60)
+        .iter()
+        .enumerate()
+        .map(|(i, u)| {
+            let early_mm = if i < 25 { 0.0 } else { -0.02 };
+            sphere_touch(u, Unit::new_normalize(-u), early_mm, &mut rng)
+        })
+        .collect();
+    let time_s = (0..60).map(|i| 4.0 * f64::from(i)).collect();
+    let time = Covariate::recorded("time_s", Quantity::Time, time_s);
+    let closure = closed(reference_sphere(Side::Along), touches, &[time]);
+    let [step] = &closure.steps[..] else { panic!("{:?}", closure.steps) };
+    let subject = step.subject.as_deref().unwrap();
+    assert!(step.effect == "session-shift" && subject.starts_with("trigger, from "), "{step:?}");
+    assert!(step.description.contains("dirt on the ball"), "{}", step.description);
+    let travel = &step.parameters[0];
+    assert!((travel.value + 20.0).abs() < 4.0 * travel.std, "{travel:?}");
+    assert_eq!(closure.verdict, Verdict::Explained);
+}

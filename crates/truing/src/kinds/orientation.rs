@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::Error;
 use crate::case::{Change, Columns, Edit, Problem, Table};
-use crate::suspect::Hypothesis;
+use crate::suspect::{Hypothesis, component_shifted};
 
 pub(crate) const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
@@ -29,8 +29,15 @@ pub(crate) fn orientations(
     (0..w.len()).map(orientation).collect()
 }
 
+/// What may be wrong with the columns of the quaternion.
+pub(crate) fn mistakes_of_quaternion(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = component_shifted(file, table, &QUATERNION, LENGTH_TOL);
+    all.extend(scalar_last(file));
+    all
+}
+
 /// The scalar part of the quaternion written last instead of first, or read so.
-pub(crate) fn scalar_last(file: &'static str) -> Vec<Hypothesis> {
+fn scalar_last(file: &'static str) -> Vec<Hypothesis> {
     let one = |(by, what): (usize, &str)| {
         let columns = QUATERNION.map(str::to_owned).to_vec();
         let sources = (0..4).map(|i| QUATERNION[(i + by) % 4].to_owned()).collect();

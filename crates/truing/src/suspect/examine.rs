@@ -187,6 +187,7 @@ fn decide(
     {
         return (Some(found), None);
     }
+    let of_place = misplaced.as_ref().is_some_and(|found| is_of_a_place(&case.files, found));
     let unmatched = || misplaced.unwrap_or_else(|| unmatched(&case.files, &plain.misfit));
     if found.is_none() && plain.misfit.share >= plain.yardstick.beyond_physics {
         return (Some(unmatched()), None);
@@ -203,7 +204,10 @@ fn decide(
         return (Some(found), Some(after));
     }
     let is_unmatched = if is_misplaced {
-        !(physics.has_names() && physics.is_explained() && physics.has_names_alone())
+        // A place that moved while it was measured is no wrong number of a table.
+        let moved = !plain.is_gross() && of_place && physics.takes_most(&plain.yardstick);
+        let explained = physics.has_names() && physics.is_explained() && physics.has_names_alone();
+        !(moved || explained)
     } else {
         is_unmatched && !physics.takes_most(&plain.yardstick)
     };
@@ -307,6 +311,12 @@ fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
     list.iter().filter(|hypothesis| hypothesis.proof == Proof::FitIfNoOther).cloned().collect()
 }
 
+/// Whether rows that are places are left out.
+fn is_of_a_place(files: &Files, found: &Found) -> bool {
+    let mut places = files.kind.readings.iter().filter(|of| of.are_places);
+    places.any(|of| found.named.edits.iter().any(|edit| edit.file == of.file))
+}
+
 /// What is asked of a misfit.
 type Asked<'a> = &'a dyn Fn(&Misfit) -> bool;
 
@@ -323,7 +333,9 @@ fn of_rows(
     let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
     let changed = |stretches: &[Stretch]| {
         let found = first_of(stretches.iter().flat_map(|s| s.changes(files)).collect());
-        found.map(|found| stretches.iter().fold(found, |found, s| s.sharpened(files, found)))
+        let found =
+            found.map(|found| stretches.iter().fold(found, |found, s| s.sharpened(files, found)));
+        found.filter(|found| fits_as_the_others(files, found))
     };
     let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
     match changed(&stretches).or_else(|| first_of(last)).or_else(beyond) {
@@ -353,6 +365,18 @@ fn of_rows(
     }
 }
 
+/// Whether rows that a mistake multiplies fit as well as the others then: among dozens of factors one takes most of what
+/// lies apart for another reason.
+fn fits_as_the_others(files: &Files, found: &Found) -> bool {
+    let is_worse = || {
+        let (file, rows) = found.named.multiplied()?;
+        let of = files.kind.readings.iter().find(|of| of.file == file)?;
+        let without = misfit_with(files, &of.without(&files.folder, rows)?)?;
+        Some(found.after?.is_worse_of_some(&without))
+    };
+    !is_worse().unwrap_or(false)
+}
+
 /// Whether what is left of a case is noise, of enough rows.
 fn fits_alone(misfit: &Misfit) -> bool {
     misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT
@@ -366,7 +390,9 @@ fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
     }
     let kept = found.after.map_or(FEWEST_LEFT, |after| after.dof);
     let (changed, _) = of_rows(files, last.to_vec(), &fits_alone, (true, None));
-    let is_of_all = |other: &Found| other.after.is_some_and(|after| after.dof > kept);
+    let is_of_all = |other: &Found| {
+        !other.named.only_leaves_out() && other.after.is_some_and(|after| after.dof > kept)
+    };
     changed.filter(is_of_all).unwrap_or(found)
 }
 
@@ -397,9 +423,13 @@ fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> boo
 
 /// The error of a case that cannot be fitted, with the mistake that would explain it.
 pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
-    // What is wrong in form says so itself.
+    // What is wrong in form says so itself, but for what the data prove to be its cause.
     if matches!(source, Error::Case { .. }) {
-        return source;
+        let certain = Trials::proved(files, &mistakes(files, None), Proof::Certain).mended();
+        return match certain {
+            Some(found) => caused_by(&found.of_all(files), source),
+            None => source,
+        };
     }
     // What is left free by too few data, another unit does not hold unless it brings them to the noise.
     let is_free = source.is_undetermined() && !source.is_unsettled();
@@ -429,12 +459,14 @@ pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
     let found = found.or_else(beside_far).or_else(elsewhere);
     let found = found.map(|found| found.of_all(files));
     match found.or_else(|| unmatched_but_for_some(files, &source)) {
-        Some(found) => {
-            let suspect = Suspect::of(&found, None);
-            Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
-        }
+        Some(found) => caused_by(&found, source),
         None => source,
     }
+}
+
+fn caused_by(found: &Found, source: Error) -> Error {
+    let suspect = Suspect::of(found, None);
+    Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
 }
 
 /// Some touches so far off that nothing can be fitted, and others that fit no better: where the rest fits, one change to

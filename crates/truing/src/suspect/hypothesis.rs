@@ -138,6 +138,12 @@ impl Hypothesis {
         }
     }
 
+    /// The rows of a file that it multiplies, where that is all.
+    pub(super) fn multiplied(&self) -> Option<(&'static str, &[usize])> {
+        let (_, rows) = self.factor()?;
+        Some((self.edits.first()?.file, rows))
+    }
+
     /// Whether it multiplies some rows by more than one.
     pub(super) fn enlarges(&self) -> bool {
         self.factor().is_some_and(|(factor, _)| factor > 1.0)

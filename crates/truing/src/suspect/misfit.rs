@@ -16,6 +16,10 @@ const TAKEN_UP: f64 = 0.9;
 const SOUND: f64 = 0.1;
 /// Components of a residual in one unit: what follows them, as moments do forces, is in another.
 const COMPONENTS: usize = 3;
+/// χ² of readings over that of others from which on they fit worse, and standard deviations that are no accident, of noise
+/// that is correlated, too.
+const WORSE_CHI2: f64 = 4.0;
+const NO_ACCIDENT: f64 = 10.0;
 /// Misfits as close as this are the same.
 pub(super) const TIE: f64 = 1.25;
 
@@ -89,6 +93,18 @@ impl Misfit {
         let out = dof - kept;
         let square = (all * dof - noise * kept) / noise;
         (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
+    }
+
+    /// Whether the readings that another fit is without fit clearly worse than the others: twice as far off, and by no
+    /// accident.
+    pub(super) fn is_worse_of_some(&self, without: &Self) -> bool {
+        let both = self.chi2_per_dof.zip(without.chi2_per_dof);
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
+        let [dof, kept] = [self.dof as f64, without.dof as f64];
+        let is_far = both.is_some_and(|(all, noise)| {
+            all * dof - noise * kept > WORSE_CHI2 * noise * (dof - kept)
+        });
+        is_far && self.by_what_is_left_out(without).is_some_and(|sigmas| sigmas > NO_ACCIDENT)
     }
 
     /// Whether it is the noise, or next to nothing.

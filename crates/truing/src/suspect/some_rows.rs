@@ -10,6 +10,8 @@ use crate::case::{Change, Edit, Table};
 /// Names of which every two may be exchanged, at most.
 const MOST_NAMES: usize = 8;
 
+const OPPOSITE: &str = "of the opposite sign";
+
 /// What may be wrong with the coordinates in one row.
 pub(super) fn changes_of_row(
     (file, table): (&'static str, Option<&Table>),
@@ -19,6 +21,20 @@ pub(super) fn changes_of_row(
     let Some(table) = table else { return Vec::new() };
     let rows = Rows { file, table, these: vec![row] };
     rows.changes(&present(Some(table), columns), Dimension::Length)
+}
+
+/// The coordinates in one row exchanged, any two of them, or of the opposite sign, each.
+pub(crate) fn axes_of_row(
+    (file, table): (&'static str, &Table),
+    row: usize,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let rows = Rows { file, table, these: vec![row] };
+    let there = present(Some(table), columns);
+    let mut all: Vec<_> = rows.all_exchanged(&there).collect();
+    let turned = |column: &&str| rows.scaled("input:sign", (&[*column], OPPOSITE), -1.0);
+    all.extend(there.iter().map(turned));
+    all
 }
 
 /// Times by which numbers may be less or more than all others of their column.
@@ -81,19 +97,20 @@ impl Rows<'_> {
         let sets = all_and_each(columns);
         let mut all: Vec<_> = sets.iter().flat_map(|set| self.factors(set, dimension)).collect();
         // As of a part that was turned by half a turn.
-        let both =
-            |pair: [&str; 2]| self.scaled("input:sign", (&pair, "of the opposite sign"), -1.0);
+        let both = |pair: [&str; 2]| self.scaled("input:sign", (&pair, OPPOSITE), -1.0);
         all.extend(pairs(columns).map(both));
         // As of a turn the other way round.
         if dimension == Dimension::Direction && columns.len() == 4 {
             let said = (&columns[1..], "of the opposite sign (an inverse, the other way round)");
             all.push(self.scaled("input:sign", said, -1.0));
         }
-        all.extend(
-            pairs(columns)
-                .map(|[one, other]| self.exchanged(&[one], &[other], "exchanged (swapped)")),
-        );
+        all.extend(self.all_exchanged(columns));
         all
+    }
+
+    /// Any two columns exchanged.
+    fn all_exchanged(&self, columns: &[&str]) -> impl Iterator<Item = Hypothesis> {
+        pairs(columns).map(|[one, other]| self.exchanged(&[one], &[other], "exchanged (swapped)"))
     }
 
     /// Any two names of a column exchanged.

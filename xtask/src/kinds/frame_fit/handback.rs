@@ -165,7 +165,7 @@ fn field(
             field.target[k] += amplitude(drift, axis) * course;
         }
     }
-    for shift in begun(json, "session-shift", table.texts("point"), row) {
+    for shift in begun(json, ("session-shift", ""), table.texts("point"), row) {
         for (k, axis) in axis_names.iter().enumerate() {
             field.target[k] += amplitude(shift, axis);
         }

@@ -242,7 +242,7 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
             error[k] += amplitude(drift, axis) * 1e-3 * course;
         }
     }
-    for shift in begun(json, "session-shift", table.texts("point"), row) {
+    for shift in begun(json, ("session-shift", ""), table.texts("point"), row) {
         for (k, axis) in AXES.iter().enumerate() {
             error[k] += amplitude(shift, axis) * 1e-3;
         }

@@ -179,6 +179,38 @@ impl Touch<'_> {
         scale(-1.0, self.foot.normal)
     }
 
+    /// What drifts and later sessions add to the reading.
+    fn drifted(&self, approach: [f64; 3]) -> [f64; 3] {
+        let json = self.json;
+        let mut read = [0.0; 3];
+        if let Some(found) = step(json, "drift", Some("trigger")) {
+            let along = 1e-3 * amplitude(found, "travel") * self.elapsed();
+            read = add(read, scale(along, approach));
+        }
+        if let Some(found) = step(json, "drift", Some("machine")) {
+            for (k, axis) in AXES.iter().enumerate() {
+                read[k] += 1e-3 * amplitude(found, axis) * self.elapsed();
+            }
+        }
+        if let Some(found) = step(json, "drift", Some("machine, settling")) {
+            let (is_time, rows) = (self.table.has("time_s"), self.table.rows());
+            let course = settled(found, self.elapsed(), is_time, rows);
+            for (k, axis) in AXES.iter().enumerate() {
+                read[k] += 1e-3 * amplitude(found, axis) * course;
+            }
+        }
+        let names = self.table.texts("touch");
+        for found in begun(json, ("session-shift", "trigger, "), names, self.row) {
+            read = add(read, scale(1e-3 * amplitude(found, "travel"), approach));
+        }
+        for found in begun(json, ("session-shift", "machine, "), names, self.row) {
+            for (k, axis) in AXES.iter().enumerate() {
+                read[k] += 1e-3 * amplitude(found, axis);
+            }
+        }
+        read
+    }
+
     /// What is taken off the ball's centre, and what off its distance.
     fn added(&self, is_fitted: bool) -> ([f64; 3], f64) {
         let (mut read, mut off) = ([0.0; 3], 0.0);
@@ -212,9 +244,6 @@ impl Touch<'_> {
             };
             along += 1e-3 * amplitude(found, "time") * speed;
         }
-        if let Some(found) = step(json, "drift", Some("trigger")) {
-            along += 1e-3 * amplitude(found, "travel") * self.elapsed();
-        }
         read = add(read, scale(along, approach));
         if let Some(found) = step(json, "bending", None) {
             let sideways = [approach[0], approach[1], 0.0];
@@ -247,23 +276,7 @@ impl Touch<'_> {
                 read[a] += 1e-6 * amplitude(found, &name) * center[b];
             }
         }
-        if let Some(found) = step(json, "drift", Some("machine")) {
-            for (k, axis) in AXES.iter().enumerate() {
-                read[k] += 1e-3 * amplitude(found, axis) * self.elapsed();
-            }
-        }
-        if let Some(found) = step(json, "drift", Some("machine, settling")) {
-            let (is_time, rows) = (self.table.has("time_s"), self.table.rows());
-            let course = settled(found, self.elapsed(), is_time, rows);
-            for (k, axis) in AXES.iter().enumerate() {
-                read[k] += 1e-3 * amplitude(found, axis) * course;
-            }
-        }
-        for found in begun(json, "session-shift", self.table.texts("touch"), self.row) {
-            for (k, axis) in AXES.iter().enumerate() {
-                read[k] += 1e-3 * amplitude(found, axis);
-            }
-        }
+        read = add(read, self.drifted(approach));
         let warm = self.table.ending("_c");
         for column in &warm {
             let subject = (warm.len() > 1).then_some(column.as_str());

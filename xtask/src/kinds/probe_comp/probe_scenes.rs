@@ -29,6 +29,8 @@ pub(crate) const EFFECTS: &[&str] = &[
     "datum-shift",
     "datum-turn",
     "drift [trigger]",
+    "session-shift [machine, from",
+    "session-shift [trigger, from",
     "bad-point",
 ];
 
@@ -65,6 +67,11 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("datum-shift", moved(&bowl, |_, _| [0.02, -0.015, 0.01])),
         ("datum-turn", moved(&bowl, |touch, _| cross([4e-4, -3e-4, 0.0], touch.contact_mm))),
         ("drift-of-trigger", moved(&oblique, |touch, share| scale(0.03 * share, touch.approach))),
+        ("session", moved(&oblique, |_, share| scale(later(share), [0.02, -0.03, 0.025]))),
+        (
+            "session-of-trigger",
+            moved(&oblique, |touch, share| scale(0.03 * later(share), touch.approach)),
+        ),
         ("bad-point", files(&with(Flaw::BadPoint(5, 0.02)))),
     ]
 }
@@ -90,6 +97,11 @@ fn moved(session: &Session, by: fn(&Touch, f64) -> [f64; 3]) -> Files {
         touch.read_mm = add(touch.read_mm, by(touch, as_f64(index) / last));
     }
     of_touches(session, &touches)
+}
+
+/// Nought in the first two fifths of a session, one from then on.
+fn later(share: f64) -> f64 {
+    f64::from(u8::from(share > 0.4))
 }
 
 /// Every other touch along its normal: from one side alone a late trigger is a larger ball.

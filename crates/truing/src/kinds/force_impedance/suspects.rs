@@ -3,16 +3,16 @@
 use force_impedance::{LogSample, PathSample};
 
 use super::session;
-use super::settings::{CELLS, KNOWN, LENGTHS, LOG, PATH};
+use super::settings::{CELLS, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH};
 use crate::case::Table;
 use crate::count::{count, rms};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, copies, cycles,
-    doubled, exchanged_blocks, exchanges, held, lengths, points_lost, rows_left_out, rows_shifted,
-    rows_shifted_by, scaled_setting, signs, spikes, spread_of, standing_still, stretches, units,
-    units_from_a_row, zeros,
+    Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, component_shifted,
+    copies, cycles, doubled, exchanged_blocks, exchanges, held, lengths, points_lost,
+    rows_left_out, rows_shifted, rows_shifted_by, scaled_setting, signs, spikes, spread_of,
+    standing_still, stretches, units, units_from_a_row, zeros,
 };
 
 pub(super) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -75,6 +75,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for family in [[CELLS[0], CELLS[1], CELLS[2]], [LENGTHS[0], LENGTHS[1], LENGTHS[2]], NORMAL] {
         all.extend(cycles(LOG, table, family));
     }
+    all.extend(component_shifted(LOG, table, &NORMAL, LENGTH_TOL));
     all.extend(signs(LOG, table, &NORMAL));
     all.extend(signs(LOG, table, &CELLS));
     all.extend(signs(LOG, table, &[REFERENCE]));

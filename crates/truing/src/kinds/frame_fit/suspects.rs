@@ -8,7 +8,7 @@ use super::set_ups::{misplaced, relabelled};
 use super::settings::{COORDINATES, DISTANCES, FROM, PAIRS, POSES, TO};
 use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
-use crate::kinds::orientation::{QUATERNION, scalar_last};
+use crate::kinds::orientation::{QUATERNION, mistakes_of_quaternion};
 use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
@@ -133,7 +133,7 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(copies(POSES, table, &COORDINATES, Proof::Gross));
     all.extend(exchanges(POSES, table, &COORDINATES));
     all.extend(cycles(POSES, table, COORDINATES));
-    all.extend(scalar_last(POSES));
+    all.extend(mistakes_of_quaternion(POSES, table));
     all.extend(signs(POSES, table, &QUATERNION[1..]));
     all.extend(exchanges(POSES, table, &QUATERNION));
     all.extend(rows_shifted(POSES, table, &["place"], None));

@@ -6,7 +6,7 @@ use super::gravity_estimates::GravityEstimates;
 use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
 use crate::kind::Files;
-use crate::kinds::orientation::{QUATERNION, scalar_last};
+use crate::kinds::orientation::{QUATERNION, mistakes_of_quaternion};
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
@@ -153,7 +153,7 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(copies(GRAVITY, table, &FORCES, Proof::Data));
     all.extend(copies(GRAVITY, table, &MOMENTS, Proof::Data));
     all.extend(of_wrench(GRAVITY, table));
-    all.extend(scalar_last(GRAVITY));
+    all.extend(mistakes_of_quaternion(GRAVITY, table));
     all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
     all.extend(exchanges(GRAVITY, table, &QUATERNION));
     all.extend(gravity_up(files));

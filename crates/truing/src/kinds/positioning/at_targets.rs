@@ -47,7 +47,12 @@ pub(super) fn at_other_targets(
     }
     let lines: Vec<usize> = wrong.iter().map(|row| table.line(*row)).collect();
     let row = wrong[0];
-    let is_one = wrong.iter().all(|other| readings[*other].total_cmp(&readings[row]).is_eq());
+    let is_near = |other: f64| (other - readings[row]).abs() < NEAR * step;
+    let is_one = wrong.iter().all(|other| is_near(readings[*other]));
+    // What others read beyond it is no limit.
+    let [beyond, below] = [1.0, -1.0].map(|way| {
+        readings.iter().any(|other| way * (other - readings[row]) > 0.0 && !is_near(*other))
+    });
     let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
     // With which each would be at its own.
     let power = |row: &usize| {
@@ -55,7 +60,13 @@ pub(super) fn at_other_targets(
         POWERS.into_iter().find(moved)
     };
     let powers: Option<Vec<f64>> = wrong.iter().map(power).collect();
-    let (effect, as_where, cure) = if is_one {
+    let (effect, as_where, cure) = if is_one && beyond && below {
+        (
+            "input:stuck",
+            "all read the same, which is no limit of the others: the channel stands still",
+            "leave these rows out, or measure them again",
+        )
+    } else if is_one {
         (
             "input:saturation",
             "all read the same: the reading clips (saturated, out of its range, stuck)",

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::around::around_others;
 use super::estimates::ProbeCompEstimates;
 use super::settings::{MICRO, TOUCHES};
-use super::tables::KNOWN;
+use super::tables::{APPROACH, KNOWN, UNIT_TOL};
 use crate::case::Table;
 use crate::count::count;
 use crate::kind::Files;
@@ -15,11 +15,10 @@ use crate::kinds::surface::{
 use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
-    Hypothesis, exchanges, lengths, lines_of, number, other_setting, rows_left_out, rows_shifted,
-    signs,
+    Hypothesis, component_shifted, exchanges, lengths, lines_of, number, other_setting,
+    rows_left_out, rows_shifted, signs,
 };
 
-const APPROACH: [&str; 3] = ["nx", "ny", "nz"];
 /// Root mean square sine of the angle between approach and normal from which on it is asked why: 10°.
 const BESIDE: f64 = 0.17;
 /// Times that it must be smaller with a change of the coordinates.
@@ -46,6 +45,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
     }
     all.extend(outward(table));
     all.extend(exchanges(TOUCHES, table, &APPROACH));
+    all.extend(component_shifted(TOUCHES, table, &APPROACH, UNIT_TOL));
     all.extend(signs(TOUCHES, table, &APPROACH));
     all.extend(rows_shifted(TOUCHES, table, &APPROACH, None));
     all.extend(table.zip(fitted).and_then(|(table, fitted)| against_approaches(table, fitted)));

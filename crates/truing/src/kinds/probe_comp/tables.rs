@@ -32,7 +32,7 @@ const KNOWN_ARTEFACT: &[&str] =
     &["touch", XYZ[0], XYZ[1], XYZ[2], APPROACH[0], APPROACH[1], APPROACH[2], SPINDLE];
 const KNOWN_MICRO: &[&str] = &["touch", "k", XYZ[0], XYZ[1], XYZ[2]];
 /// How far the length of a direction may be from 1: two decimals of each component.
-const UNIT_TOL: f64 = 0.01;
+pub(super) const UNIT_TOL: f64 = 0.01;
 
 /// `touches.csv` and `micro.csv` as read.
 #[derive(Clone, Debug)]

@@ -13,11 +13,11 @@ use crate::case::{Change, Edit, Table};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
-    Dimension, Hypothesis, Proof, Twice, Yardstick, blocks_shifted, clipped_of_few, clipped_of_one,
-    copies, cycles, doubled, exchanges, farthest, held, increments, names_of_one_exchanged,
-    other_setting, place_standing_still, readings_of_one, rows_left_out, rows_shifted, signs,
-    slip_of_sign, spread_of, standing_still, standing_still_in_several, standing_still_within,
-    swapped_names, units, zeros,
+    Dimension, Hypothesis, Proof, Twice, Yardstick, axes_of_row, blocks_shifted, clipped_of_few,
+    clipped_of_one, copies, cycles, doubled, exchanges, farthest, held, increments,
+    names_of_one_exchanged, other_setting, place_standing_still, readings_of_one, rows_left_out,
+    rows_shifted, signs, slip_of_sign, spread_of, standing_still, standing_still_in_several,
+    standing_still_within, swapped_names, units, zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -253,6 +253,12 @@ fn of_places(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     all.extend(exchanges(file, table, &PLACE));
     all.extend(cycles(file, table, PLACE));
     all.extend(signs(file, table, &PLACE));
+    // Without one of them the others may not do to see what is wrong with it.
+    if let Some(table) = table.filter(|table| table.n_rows() <= MOST_NAMES) {
+        let of_row = |row| axes_of_row((file, table), row, &PLACE);
+        let last = |change| Hypothesis { proof: Proof::FitIfNoOther, ..change };
+        all.extend((0..table.n_rows()).flat_map(of_row).map(last));
+    }
     all
 }
 

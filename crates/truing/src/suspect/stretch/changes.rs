@@ -280,7 +280,9 @@ impl Stretch {
         let of_name = |name: &&str| table.read_as(name).map(|(column, _)| column);
         let read: Vec<usize> = columns.iter().filter_map(of_name).collect();
         let cell = |row: usize| read.iter().map(move |column| table.cell(row, *column));
-        if self.rows.len() < FEWEST_PASTED || is_repeated(table, &read) {
+        // One value over and over stands still, wherever else it stands.
+        let is_one = self.rows.clone().all(|row| cell(row).eq(cell(start)));
+        if self.rows.len() < FEWEST_PASTED || is_one || is_repeated(table, &read) {
             return None;
         }
         let is_same = |other: &usize| {

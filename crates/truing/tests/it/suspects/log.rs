@@ -275,3 +275,14 @@ fn two_cells_exchanged_from_somewhere_to_the_end_are_exchanged_back() {
     assert_eq!(step["effect"], "input:exchanged", "{step}");
     assert_eq!(step["subject"], "log.csv: f1_n, f3_n");
 }
+
+/// A component of the normal a row further down: the lengths that are not one say which.
+#[test]
+fn a_component_that_comes_a_row_late_is_the_cause_of_normals_of_another_length() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["ny"], |n, old| old[(n + old.len() - 3) % old.len()].clone());
+    let message = case.message("loop", 2);
+    assert!(message.contains("expected a unit vector"), "{message}");
+    let cause = "the rows of `ny` of log.csv are shifted 3 rows down against the other columns: shift them back";
+    assert!(message.contains(cause), "{message}");
+}

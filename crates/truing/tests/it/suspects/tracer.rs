@@ -143,3 +143,18 @@ fn one_station_in_a_mirrored_frame_is_named() {
                  is `S2`";
     assert!(said.contains(named) && said.contains("or: `y_mm` of targets.csv is"), "{said}");
 }
+
+/// Of four stations none can be left out: what is wrong with one row of them is tried itself.
+#[test]
+fn coordinates_of_one_station_that_are_exchanged_are_named_with_its_line() {
+    let case = survey();
+    change(&case, "stations.csv", &["y_mm", "z_mm"], |n, old| {
+        let [y, z] = [old[n][0].clone(), old[n][1].clone()];
+        if n == 1 { vec![z, y] } else { vec![y, z] }
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged", "{step}");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("`y_mm`, `z_mm` of stations.csv are exchanged"), "{said}");
+    assert!(said.contains("in line 3"), "{said}");
+}
