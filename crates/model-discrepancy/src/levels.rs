@@ -147,6 +147,10 @@ pub(crate) const ODD_STRETCH: f64 = 1e-6;
 /// needed without them, as what is there shows in them as well.
 pub(crate) const HEARD: f64 = 1e-3;
 
+/// Significance that chance hardly has: a name that is less clear, that unseen groups speak against and without which all
+/// is the declared noise was one.
+pub(crate) const HARDLY_CHANCE: f64 = 1e-4;
+
 /// Squared error on check groups over that without a name, from which on they refute it: what they are
 /// off by from other causes turns it a little either way.
 pub(crate) const REFUTED: f64 = 1.25;

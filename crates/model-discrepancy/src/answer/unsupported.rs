@@ -14,7 +14,9 @@ use crate::choice::score::home_of_bad;
 use crate::choice::select::without;
 use crate::choice::selected::{Added, Selected, What};
 use crate::count::count;
-use crate::levels::{BEYOND_DOUBT, FOUND_AGAIN, HARDLY_LEFT, HEARD, REFUTED, SEVERAL_TIMES};
+use crate::levels::{
+    BEYOND_DOUBT, FOUND_AGAIN, HARDLY_CHANCE, HARDLY_LEFT, HEARD, REFUTED, SEVERAL_TIMES,
+};
 use crate::noise::linear::Linear;
 use crate::tests::global_test::global_test;
 use crate::tests::groups_apart::GROUP;
@@ -59,6 +61,15 @@ pub(crate) fn unsupported<'a>(
         let why = Why::Left(left_over(context, &chosen.added[i], why.to_owned()));
         Some(TakenBack { rest: without(context, keep, chosen, i)?, why })
     };
+    let chance =
+        |i: usize, against: &str| Why::Chance(by_chance(context, &chosen.added[i], against));
+    let gainless = |i: usize| {
+        if is_of_the_noise((context, keep), chosen) {
+            let why = chance(i, "groups that were not fitted");
+            return Some(TakenBack { rest: without(context, keep, chosen, i)?, why });
+        }
+        left(i, NO_GAIN)
+    };
     if let Some((i, why)) = least_stable(&summaries.stability) {
         return left(i, &why);
     }
@@ -72,15 +83,14 @@ pub(crate) fn unsupported<'a>(
     let is_gainless = if is_checked { are_against && lie_off } else { summaries.gain_ratio >= 1.0 };
     if let Some(i) = last(false) {
         if is_gainless {
-            return left(i, NO_GAIN);
+            return gainless(i);
         }
         if is_checked
             && has_no_gain(summaries)
             && let Some(rest) = without(context, keep, chosen, i)
             && !holds_with_checks((context, keep), (chosen, lin), &rest, chosen.added[i].p_value)
         {
-            let why = Why::Chance(by_chance(context, &chosen.added[i]));
-            return Some(TakenBack { rest, why });
+            return Some(TakenBack { rest, why: chance(i, "groups set aside") });
         }
         let has_lost = if is_checked {
             are_against
@@ -94,7 +104,7 @@ pub(crate) fn unsupported<'a>(
             (summaries.strays.is_empty() || are_several.is_some()) && has_no_gain(summaries)
         };
         if has_lost && chosen.added[i].p_value > BEYOND_DOUBT {
-            return left(i, NO_GAIN);
+            return gainless(i);
         }
     }
     let are_accidents = !lie_off && taken_back.iter().all(|before| before.shape != NO_ACCIDENT);
@@ -124,9 +134,22 @@ fn holds_with_checks(
     p_value <= law.sf(needed)
 }
 
-fn by_chance(context: &Context<'_>, added: &Added) -> String {
+/// Whether the one addition is no clearer than chance is once in ten thousand times, and all that is there without it is
+/// the declared noise.
+fn is_of_the_noise((context, keep): (&Context<'_>, &[bool]), chosen: &Selected<'_>) -> bool {
+    let [added] = &chosen.added[..] else { return false };
+    let is_noise = || {
+        let rest = without(context, keep, chosen, 0)?;
+        let lin = context.linear(&rest.system, &rest.estimate, keep);
+        let is_declared = global_test(&rest.system, &rest.estimate, &lin).is_some();
+        Some(is_declared && !noisier_than_declared(context, &lin, &rest))
+    };
+    added.p_value > HARDLY_CHANCE && is_noise().unwrap_or(false)
+}
+
+fn by_chance(context: &Context<'_>, added: &Added, against: &str) -> String {
     format!(
-        "{} shows in the fitted groups (p = {:.1e}) and groups set aside speak against it: together they show \
+        "{} shows in the fitted groups (p = {:.1e}) and {against} speak against it: together they show \
          no more than chance does, and it was not added",
         name_of(context, added),
         added.p_value

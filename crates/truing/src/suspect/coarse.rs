@@ -42,6 +42,7 @@ pub(super) fn coarse<'c>(table: &Table, column: &'c str, decimals: usize) -> Opt
     let written = rows.iter().map(|row| table.cell(*row, at));
     let distinct: BTreeSet<&str> = written.filter(|cell| cell.parse() != Ok(0.0)).collect();
     let is_read = distinct.len() >= FEWEST
+        && !are_planned(&distinct, decimals)
         && are_even(distinct.iter().map(|cell| last_digit(cell, decimals)));
     (is_finest && is_much).then_some(Coarse { column, decimals, rows, is_read })
 }
@@ -103,6 +104,18 @@ fn are_even(digits: impl Iterator<Item = usize>) -> bool {
     each.iter().all(|times| count(*times) <= most)
 }
 
+/// Whether numbers lie as far apart, each from the next, by more than one of their last digit: that is how places are planned.
+fn are_planned(distinct: &BTreeSet<&str>, decimals: usize) -> bool {
+    let mut values: Vec<f64> = distinct.iter().filter_map(|cell| cell.parse().ok()).collect();
+    values.sort_by(f64::total_cmp);
+    let Ok(decimals) = i32::try_from(decimals) else { return false };
+    // In steps of the last digit, as whole numbers.
+    let steps = values.windows(2).map(|pair| ((pair[1] - pair[0]) * 10f64.powi(decimals)).round());
+    let (least, most) =
+        steps.fold((f64::INFINITY, 0.0), |(a, b), s| (f64::min(a, s), f64::max(b, s)));
+    least > 1.0 && least.total_cmp(&most).is_eq()
+}
+
 /// Decimals of a number as it is written, without zeros at the end.
 fn decimals_of(cell: &str) -> usize {
     let decimals = cell.split_once('.').map_or("", |(_, decimals)| decimals);
@@ -111,7 +124,7 @@ fn decimals_of(cell: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{are_even, decimals_of, last_digit};
+    use super::{are_even, are_planned, decimals_of, last_digit};
 
     #[test]
     fn digits_are_those_that_are_written() {
@@ -125,5 +138,9 @@ mod tests {
     fn readings_have_every_digit_and_planned_places_a_few() {
         assert!(are_even((0..30).map(|i| i * 7 % 10)));
         assert!(!are_even((0..30).map(|i| i % 2 * 5)));
+        let planned: Vec<String> = (0..12).map(|i| format!("{:.1}", 1.7 * f64::from(i))).collect();
+        assert!(are_planned(&planned.iter().map(String::as_str).collect(), 1));
+        let read: Vec<String> = planned.iter().map(|cell| format!("{cell}3")).collect();
+        assert!(!are_planned(&read[..2].iter().chain(&planned).map(String::as_str).collect(), 2));
     }
 }
