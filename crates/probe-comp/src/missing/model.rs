@@ -72,6 +72,9 @@ pub(crate) struct Standard {
 /// which on forms count from the middle.
 const WELL_WITHIN: f64 = 0.5;
 
+/// What touches along the normals of a part do not tell from a patch of it.
+const WORN: &str = "; a ball that is worn, or dirty, on the side that touches there reads the same";
+
 impl ProbeModel {
     /// Model of `touches`, in the order measured.
     ///
@@ -182,7 +185,11 @@ impl ProbeModel {
     /// The model with what its residual shows in the catalogue.
     pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
         let places_mm = self.places_mm();
-        self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
+        self.declared.effects.extend(shown.patches.iter().map(|patch| {
+            let mut effect = patch.effect(&places_mm);
+            effect.description += WORN;
+            effect
+        }));
         self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
         for (drift, course) in &shown.courses {
             let Some(elapsed) = self.terms[*drift].elapsed() else { continue };

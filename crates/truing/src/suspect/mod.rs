@@ -16,6 +16,7 @@ mod factor;
 mod held;
 mod hypothesis;
 mod increments;
+mod jitter;
 mod label;
 mod late;
 mod left_out;
@@ -26,6 +27,7 @@ mod order;
 mod physics;
 mod polar;
 mod readings;
+mod record;
 mod rounded;
 mod search;
 mod setting;
@@ -46,7 +48,7 @@ pub(crate) use channel::{
     at_end, channels, clipped_of_few, clipped_of_one, place_standing_still, rows_left_out, silent,
     standing_still, standing_still_in_several, standing_still_within,
 };
-pub(crate) use clock::{Record, clocks, stretches};
+pub(crate) use clock::{clocks, stretches};
 pub(crate) use coarse::{coarser_than_others, step_of};
 pub(crate) use examine::{Examined, examine, named_cause};
 pub(crate) use held::held;
@@ -61,6 +63,7 @@ pub(crate) use order::{
 };
 pub(crate) use polar::polar;
 pub(crate) use readings::{Readings, Samples, Set};
+pub(crate) use record::Record;
 pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
 pub(crate) use sign::{minus_lost, signs};
 pub(crate) use slip::{points_lost, slip_of_sign};
