@@ -173,8 +173,7 @@ impl<const D: usize> Term<D> {
             Self::Perspective { .. } => left_out("perspective"),
             Self::PolynomialDistortion { .. } => left_out("polynomial distortion"),
             Self::BodyMotion(motion) => format!(
-                "the matrix holds for {}; the motion of the other sub-assemblies is in the \
-                 corrections",
+                "the matrix holds for {}; what has moved against it is in the corrections",
                 motion.still
             ),
             Self::Expansion { .. } => format!(

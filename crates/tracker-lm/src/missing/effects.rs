@@ -450,22 +450,20 @@ fn changed(scene: &Scene<'_>, change: Change) -> Entry {
     }
 }
 
-/// Way that the axis came to every step: as recorded, else as the order of the steps shows it.
+/// Way that the axis came to every step: as recorded, else as the order of the steps shows it; to the first, and to those
+/// at the angle of the one before, as it goes on.
 pub(crate) fn approaches(steps: &[Step]) -> Vec<Approach> {
+    let way = |from: usize, to: usize| match steps.get(to)?.angle_rad - steps[from].angle_rad {
+        turned if turned > 0.0 => Some(Approach::Positive),
+        turned if turned < 0.0 => Some(Approach::Negative),
+        _ => None,
+    };
     let mut last = Approach::Positive;
-    let mut found = Vec::with_capacity(steps.len());
-    for (i, step) in steps.iter().enumerate() {
-        let turned = match i {
-            0 => steps.get(1).map_or(0.0, |next| next.angle_rad - step.angle_rad),
-            _ => step.angle_rad - steps[i - 1].angle_rad,
-        };
-        let seen = match turned {
-            t if t > 0.0 => Approach::Positive,
-            t if t < 0.0 => Approach::Negative,
-            _ => last,
-        };
-        last = step.approach.unwrap_or(seen);
-        found.push(last);
-    }
-    found
+    let came = |(i, step): (usize, &Step)| {
+        let before = i.checked_sub(1).and_then(|before| way(before, i));
+        let seen = before.or_else(|| way(i, i + 1));
+        last = step.approach.or(seen).unwrap_or(last);
+        last
+    };
+    steps.iter().enumerate().map(came).collect()
 }

@@ -1,5 +1,6 @@
 //! `ft-center`: where a polishing head presses, by a six-axis force/torque sensor.
 
+mod copied_records;
 mod displacement_estimates;
 mod displacements;
 mod gravity;

@@ -10,7 +10,7 @@ use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, component_shifted,
-    copies, cycles, doubled, exchanged_blocks, exchanges, held, lengths, points_lost,
+    copies, cycles, doubled, exchanged_blocks, exchanges, held, increments, lengths, points_lost,
     rows_left_out, rows_shifted, rows_shifted_by, scaled_setting, signs, spikes, spread_of,
     standing_still, stretches, units, units_from_a_row, zeros,
 };
@@ -86,6 +86,7 @@ fn log(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     for column in [REFERENCE].iter().chain(&CELLS).chain(&LENGTHS) {
         all.extend(rows_shifted(LOG, table, &[*column], Some("segment")));
     }
+    all.extend(increments(LOG, table, &[REFERENCE], &[]));
     all.extend(exchanged_blocks(LOG, table, &[REFERENCE], "segment", MOST_SEGMENTS));
     let of_spikes = [&CELLS[3..], &CELLS[..3], &[REFERENCE], &LENGTHS].concat();
     all.extend(fitted.and_then(|fitted| spikes(LOG, table, &of_spikes, fitted)));

@@ -1,7 +1,10 @@
 //! What may be wrong with presses, displacements or static poses.
 
+use std::collections::BTreeSet;
+
 use ft_center::{Displacement, Press, PressRole, StaticPose};
 
+use super::copied_records::copied_records;
 use super::gravity_estimates::GravityEstimates;
 use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
@@ -32,6 +35,8 @@ const GROSS_WRENCH: f64 = 0.1;
 const UNMATCHED_WRENCH: f64 = 1.2;
 /// Rows looked at for exchanged labels.
 const FARTHEST: usize = 6;
+/// Cosine from which on two directions are one, but for a tilt.
+const SAME_LINE: f64 = 0.9;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     if files.folder.has(DISPLACEMENTS) {
@@ -51,6 +56,7 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     };
     let without = |wrench: &Table, rows: &[bool]| presses_left_out(wrench, &known, rows);
     let mut all = channels(WRENCH, Some(&wrench), &[&FORCES[..], &MOMENTS].concat(), without);
+    all.extend(copied_records(&wrench, |rows| presses_left_out(&wrench, &known, rows)));
     let (wrench, known) = (Some(&wrench), Some(&known));
     all.extend(copies(WRENCH, wrench, &FORCES, Proof::Data));
     all.extend(copies(WRENCH, wrench, &MOMENTS, Proof::Data));
@@ -113,7 +119,7 @@ fn presses_left_out(wrench: &Table, known: &Table, rows: &[bool]) -> Vec<Edit> {
     let (Some(of), Some(name)) = (wrench.column("press"), known.column("press")) else {
         return Vec::new();
     };
-    let clipped: std::collections::BTreeSet<&str> =
+    let clipped: BTreeSet<&str> =
         (0..wrench.n_rows()).filter(|&row| rows[row]).map(|row| wrench.cell(row, of)).collect();
     let marked = |table: &Table, column: usize| -> Vec<bool> {
         (0..table.n_rows()).map(|row| clipped.contains(table.cell(row, column))).collect()
@@ -156,7 +162,7 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(mistakes_of_quaternion(GRAVITY, table));
     all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
     all.extend(exchanges(GRAVITY, table, &QUATERNION));
-    all.extend(gravity_up(files));
+    all.extend(gravity_elsewhere(files));
     all.extend(rows_shifted(GRAVITY, table, &wrench, None));
     if let Some(fitted) = fitted {
         all.extend(exchanged_rows(GRAVITY, table, &wrench, &farthest(fitted, FARTHEST)));
@@ -164,19 +170,41 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all
 }
 
-fn gravity_up(files: &Files) -> Option<Hypothesis> {
+/// The direction of gravity reversed, or along another axis of the base.
+fn gravity_elsewhere(files: &Files) -> Vec<Hypothesis> {
     let path = ["model", "gravity"];
-    let turned = match files.document.value(&path) {
-        None => vec![0.0, 0.0, 1.0],
-        Some(value) => value
-            .as_array()?
-            .iter()
-            .map(|v| v.as_float().or_else(|| v.as_integer().map(int)).map(|v| -v))
-            .collect::<Option<Vec<f64>>>()?,
+    let declared = match files.document.value(&path) {
+        None => Some(vec![0.0, 0.0, -1.0]),
+        Some(value) => value.as_array().and_then(|all| {
+            all.iter().map(|v| v.as_float().or_else(|| v.as_integer().map(int))).collect()
+        }),
     };
-    let value = toml::Value::Array(turned.into_iter().map(toml::Value::Float).collect());
-    let what = "reversed (opposite direction): it points down in the base";
-    Some(other_setting(&path, "input:direction", what, value))
+    let Some(declared) = declared.filter(|declared: &Vec<f64>| declared.len() == 3) else {
+        return Vec::new();
+    };
+    let another = |what: &str, direction: [f64; 3]| {
+        let value = direction.map(toml::Value::Float).to_vec();
+        other_setting(&path, "input:direction", what, toml::Value::Array(value))
+    };
+    let reversed = [-declared[0], -declared[1], -declared[2]];
+    let mut all =
+        vec![another("reversed (opposite direction): it points down in the base", reversed)];
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        for (sign, said) in [(1.0, ""), (-1.0, "−")] {
+            let mut direction = [0.0; 3];
+            direction[axis] = sign;
+            let along: f64 = declared.iter().zip(direction).map(|(a, b)| a * b).sum();
+            let length = declared.iter().map(|v| v * v).sum::<f64>().sqrt();
+            // Along the same line it is the one above, or no change.
+            if along.abs() < SAME_LINE * length {
+                let what = format!(
+                    "along another axis of the base: gravity points along {said}{name} there"
+                );
+                all.push(another(&what, direction));
+            }
+        }
+    }
+    all
 }
 
 #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]

@@ -15,12 +15,14 @@ use crate::suspect::{
 
 pub(crate) const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 /// Numbers of the drawing and of the probe that were typed.
-pub(crate) const TYPED: [Typed; 7] = [
+pub(crate) const TYPED: [Typed; 9] = [
     Typed { path: &["surface", "conic"], unwritten: Some(0.0) },
     Typed::of(&["surface", "radius_mm"]),
     Typed::of(&["surface", "coefficients"]),
     Typed::of(&["surface", "terms"]),
     Typed::of(&["surface", "center_mm"]),
+    Typed::of(&["surface", "point_mm"]),
+    Typed::of(&["surface", "normal"]),
     Typed::of(&["surface", "unit_mm"]),
     Typed::of(&["probe", "tip_radius_mm"]),
 ];
