@@ -162,3 +162,36 @@ fn a_bad_point_is_named_where_nothing_is_fitted() {
     let step = &closure.steps[0];
     assert_eq!((step.effect.as_str(), step.subject.as_deref()), ("bad-point", Some("P11")));
 }
+
+/// The part was taken off and set up anew for a session that a column names: shifted and turned.
+#[test]
+fn a_session_set_up_anew_is_shifted_and_turned() {
+    let mut rng = ChaCha8Rng::seed_from_u64(85);
+    let truth = scene::random_map::<3>(&mut rng, Transform::Rigid);
+    let turn_rad = 9e-5;
+    let is_second = |i: usize| i % 3 == 1;
+    let points: Vec<MeasuredPoint<3>> = scene::cloud::<3>(&mut rng, 36, 200.0)
+        .into_iter()
+        .enumerate()
+        .map(|(i, source)| {
+            let turned = Vector3::new(-source.y, source.x, 0.0) * turn_rad;
+            let anew = turned + Vector3::new(0.03, -0.02, 0.01);
+            let at = if is_second(i) { source + anew } else { source };
+            let noise = scene::gauss::<3>(&mut rng) * SIGMA_MM;
+            let pair = PointPair::isotropic(source, truth.apply(&at) + noise, SIGMA_MM);
+            MeasuredPoint::new(format!("P{i}"), pair)
+        })
+        .collect();
+    let inside = (0..36).map(|i| f64::from(u8::from(is_second(i)))).collect();
+    let column = Covariate::recorded("session: second", Quantity::Other, inside);
+    let options = Options::of(Transform::Rigid);
+    let model = FrameModel::new(points, std::slice::from_ref(&column), &options).unwrap();
+    let closure = close_loop(&model, &[column], &model_discrepancy::Options::default()).unwrap();
+    let [step] = &closure.steps[..] else { panic!("{:?}", closure.steps) };
+    assert_eq!(step.effect, "session-shift");
+    assert_eq!(step.subject.as_deref(), Some("second, and turned"));
+    // In the source frame: about z, from x to y.
+    let turned = step.parameters.iter().find(|p| p.name == "x to y").unwrap();
+    assert!((turned.value - 1e6 * turn_rad).abs() < 4.0 * turned.std, "{turned:?}");
+    assert_eq!(closure.verdict, Verdict::Explained);
+}

@@ -482,7 +482,8 @@ fn sessions_are_those_that_columns_name() {
     let named = effects.iter().filter(|effect| effect.id.starts_with("session-"));
     let named: Vec<_> = named.map(|e| (e.id.as_str(), e.subject.as_deref())).collect();
     let monday = Some("monday");
-    assert_eq!(named, [("session-temperature", monday), ("session-shift", monday)]);
+    let turned = ("session-shift", Some("monday, and turned"));
+    assert_eq!(named, [("session-temperature", monday), ("session-shift", monday), turned]);
     let mut state = State::start(&model);
     set(&model, &mut state, "session-temperature", &[250.0]);
     set(&model, &mut state, "session-shift", &[0.1, -0.2, 0.3]);

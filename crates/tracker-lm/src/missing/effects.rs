@@ -467,3 +467,21 @@ pub(crate) fn approaches(steps: &[Step]) -> Vec<Approach> {
     };
     steps.iter().enumerate().map(came).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// To the far end and back, the far end read twice: once from either side.
+    #[test]
+    fn a_step_at_the_angle_of_the_one_before_was_come_to_as_the_axis_goes_on() {
+        let step = |angle_rad: f64| Step { name: String::new(), angle_rad, approach: None };
+        let steps = [0.0, 0.0, 0.5, 1.0, 1.0, 0.5, 0.5, 0.0].map(step);
+        let [up, down] = [Approach::Positive, Approach::Negative];
+        assert_eq!(approaches(&steps), [up, up, up, up, down, down, down, down]);
+        // What is recorded goes before what the angles show.
+        let mut said = steps.clone();
+        said[4].approach = Some(up);
+        assert_eq!(approaches(&said)[4], up);
+    }
+}

@@ -295,3 +295,16 @@ fn a_period_that_is_not_the_screws_says_that_the_lead_may_be_wrong() {
     assert!(!of_lead(&declared(LEAD_MM)));
     assert!(of_lead(&declared(15.0)));
 }
+
+/// What stands still in the middle of the travel is no limit, and no other order.
+#[test]
+fn a_position_that_stands_still_in_the_middle_is_stuck() {
+    let case = axis();
+    change(&case, "positions.csv", &["actual_mm"], |n, old| {
+        let held = (n / 7 == 2).then(|| old[14][0].parse::<f64>().unwrap() + [0.0, 1e-4][n % 2]);
+        held.map_or_else(|| old[n].clone(), |held| vec![format!("{held}")])
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:stuck", "{step}");
+    assert!(step["description"].as_str().unwrap().contains("no limit of the others"), "{step}");
+}

@@ -286,3 +286,31 @@ fn a_component_that_comes_a_row_late_is_the_cause_of_normals_of_another_length()
     let cause = "the rows of `ny` of log.csv are shifted 3 rows down against the other columns: shift them back";
     assert!(message.contains(cause), "{message}");
 }
+
+#[test]
+fn a_reference_as_differences_is_added_up() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n"], |n, old| {
+        let read = |row: usize| old[row][0].parse::<f64>().unwrap();
+        vec![format!("{:.4}", if n == 0 { read(0) } else { read(n) - read(n - 1) })]
+    });
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:increments", "{step}");
+    assert_eq!(step["subject"], "log.csv: reference_n");
+}
+
+/// Among dozens of units of each cell one takes most of what a segment is off by: it leaves that segment worse than the
+/// others.
+#[test]
+fn a_segment_that_lies_apart_is_no_other_unit_of_a_cell() {
+    let case = log("nothing-coloured");
+    change(&case, "log.csv", &["reference_n", "segment"], |n, old| {
+        let off = if old[n][1] == "strip 1" { 1.9 } else { 0.0 };
+        vec![format!("{}", old[n][0].parse::<f64>().unwrap() + off), old[n][1].clone()]
+    });
+    let answer = case.json("loop");
+    let steps = answer["steps"].as_array().unwrap();
+    let unit = steps.iter().find(|step| step["effect"] == "input:unit");
+    assert!(unit.is_none(), "{steps:?}");
+    assert_ne!(answer["verdict"], "nothing-missing");
+}

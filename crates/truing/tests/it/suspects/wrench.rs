@@ -251,3 +251,84 @@ fn a_channel_that_comes_late_by_some_samples_is_shifted_back() {
     assert_eq!(step["effect"], "input:row-shift", "{step}");
     assert_eq!(step["subject"], "wrench.csv: my_nmm");
 }
+
+/// A tool of 20 N, its centre of gravity 50 mm along z, in 24 orientations of a base whose z points up.
+fn still_poses() -> String {
+    let mut table = "pose,qw,qx,qy,qz,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n".to_owned();
+    for i in 0..24 {
+        let n = f64::from(i);
+        // About x and then about the turned z.
+        let ((s, c), (t, d)) = ((0.35 * n).sin_cos(), (0.8 * n).sin_cos());
+        let [qw, qx, qy, qz] = [c * d, s * d, -s * t, c * t];
+        // Down in the sensor's axes: the third row of its rotation, negative.
+        let down = [
+            -2.0 * (qx * qz - qw * qy),
+            -2.0 * (qy * qz + qw * qx),
+            2.0 * (qx * qx + qy * qy) - 1.0,
+        ];
+        let noise = |k: i32| (43_758.545 * (12.9898 * n + 78.233 * f64::from(k)).sin()).fract();
+        let [fx, fy, fz] = down.map(|d| 20.0 * d);
+        let moment = [-50.0 * fy, 50.0 * fx, 0.0];
+        let read = [fx, fy, fz].into_iter().chain(moment);
+        let sizes = [0.05, 0.05, 0.05, 2.0, 2.0, 2.0];
+        let read: Vec<String> = (read.zip(sizes).zip(0..))
+            .map(|((value, size), k)| format!("{:.4}", value + size * noise(k)))
+            .collect();
+        table += &format!("g{i},{qw:.9},{qx:.9},{qy:.9},{qz:.9},{}\n", read.join(","));
+    }
+    table
+}
+
+/// Bases hang, and tables say so in their own axes.
+#[test]
+fn gravity_along_another_axis_of_the_base_is_no_tilt() {
+    let declared = "kind = \"ft-center\"\n[noise]\nforce_n = 0.03\nmoment_nmm = 1.2\n";
+    let case = Case::new(&[("case.toml", declared), ("gravity.csv", &still_poses())]);
+    let sound = case.json("loop");
+    assert_eq!(sound["verdict"], "nothing-missing", "{}", sound["steps"]);
+    case.write("case.toml", format!("{declared}[model]\ngravity = [0.0, -1.0, 0.0]\n"));
+    let (step, _) = first(&case);
+    assert_eq!(
+        (&step["effect"], &step["subject"]),
+        (&"input:direction".into(), &"case.toml: [model] gravity".into()),
+        "{step}"
+    );
+}
+
+/// Two presses with the record of a third would be two bad presses.
+#[test]
+fn records_that_are_those_of_another_press_are_named_with_it() {
+    let case = fixture("ft-center/nothing-coloured", &["case.toml", "presses.csv", "wrench.csv"]);
+    let text = std::fs::read_to_string(case.file("wrench.csv")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header = lines.next().unwrap();
+    let mut presses: Vec<(String, Vec<&str>)> = Vec::new();
+    for line in lines {
+        let name = line.split(',').next().unwrap();
+        match presses.last_mut() {
+            Some((last, rows)) if last == name => rows.push(line),
+            _ => presses.push((name.to_owned(), vec![line])),
+        }
+    }
+    let columns: Vec<&str> = header.split(',').collect();
+    let is_read = |name: &str| name.ends_with("_n") || name.ends_with("_nmm");
+    let first_read = columns.iter().position(|name| is_read(name)).unwrap();
+    assert!(columns[first_read..].iter().all(|name| is_read(name)), "{header}");
+    let original = presses[3].clone();
+    let mut all = header.to_owned() + "\n";
+    for (at, (_, rows)) in presses.iter().enumerate() {
+        for (n, row) in rows.iter().enumerate() {
+            let source = if at == 7 || at == 8 { original.1[n % original.1.len()] } else { row };
+            let own: Vec<&str> = row.split(',').collect();
+            let read: Vec<&str> = source.split(',').collect();
+            all += &[&own[..first_read], &read[first_read..]].concat().join(",");
+            all += "\n";
+        }
+    }
+    case.write("wrench.csv", all);
+    let (step, _) = first(&case);
+    assert_eq!(step["effect"], "input:copied", "{step}");
+    let said = step["description"].as_str().unwrap();
+    let expected = format!("is {}, {} repeat those of {}", presses[7].0, presses[8].0, original.0);
+    assert!(said.contains(&expected), "{said}");
+}
