@@ -48,12 +48,15 @@ pub(super) fn at_other_targets(
     let lines: Vec<usize> = wrong.iter().map(|row| table.line(*row)).collect();
     let row = wrong[0];
     let is_near = |other: f64| (other - readings[row]).abs() < NEAR * step;
-    let is_one = wrong.iter().all(|other| is_near(readings[*other]));
+    let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
+    let are_differences = wrong.iter().all(is_difference);
+    let is_same = |other: &usize| readings[*other].total_cmp(&readings[row]).is_eq();
+    let is_one = wrong.iter().all(is_same)
+        || !are_differences && wrong.iter().all(|other| is_near(readings[*other]));
     // What others read beyond it is no limit.
     let [beyond, below] = [1.0, -1.0].map(|way| {
         readings.iter().any(|other| way * (other - readings[row]) > 0.0 && !is_near(*other))
     });
-    let is_difference = |row: &usize| readings[*row].abs() < NEAR * step;
     // With which each would be at its own.
     let power = |row: &usize| {
         let moved = |power: &f64| (readings[*row] * power - targets[*row]).abs() < NEAR * step;
@@ -72,7 +75,7 @@ pub(super) fn at_other_targets(
             "all read the same: the reading clips (saturated, out of its range, stuck)",
             "leave these rows out, or measure them again",
         )
-    } else if wrong.iter().all(is_difference) {
+    } else if are_differences {
         (
             "input:increments",
             "they are deviations, differences of position and target, and the other rows positions (relative)",
