@@ -148,7 +148,7 @@ impl<const D: usize> FrameModel<D> {
     /// The model with what its residual shows in the catalogue.
     pub(crate) fn with_shown(mut self, shown: Shown) -> Self {
         for (drift, course) in &shown.courses {
-            let Some((_, elapsed)) = self.drift() else { break };
+            let Term::Drift { elapsed } = &self.terms[*drift] else { continue };
             let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "points" };
             let effect = course.effect(&self, *drift, elapsed, unit, ("mm", 1.0));

@@ -198,17 +198,12 @@ impl PoseModel {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        let drift = self.drift().map(|(effect, elapsed, _)| (vec![effect], elapsed));
+        let drift = self.terms.iter().enumerate().find_map(|(effect, term)| match term {
+            Term::Drift { elapsed, .. } => Some((vec![effect], &**elapsed)),
+            _ => None,
+        });
         let (drifts, elapsed) = drift.unwrap_or_default();
         Sought { drifts, elapsed, places: places_mm, has_surface: true }
-    }
-
-    /// The drift of the catalogue, the time that had passed at each touch, and its axes.
-    fn drift(&self) -> Option<(usize, &[f64], &[usize])> {
-        self.terms.iter().enumerate().find_map(|(effect, term)| match term {
-            Term::Drift { elapsed, axes } => Some((effect, &**elapsed, &**axes)),
-            _ => None,
-        })
     }
 
     /// The model with what its residual shows in the catalogue.
@@ -217,11 +212,11 @@ impl PoseModel {
         self.declared.effects.extend(shown.patches.iter().map(|patch| patch.effect(&places_mm)));
         self.terms.extend(shown.patches.iter().copied().map(Term::Patch));
         for (drift, course) in &shown.courses {
-            let Some((_, elapsed, axes)) = self.drift() else { break };
+            let Term::Drift { elapsed, axes } = &self.terms[*drift] else { continue };
             let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
             let effect = course.effect(&self, *drift, elapsed, unit, ("µm", 1e3));
-            let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.to_vec() };
+            let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.clone() };
             self.declared.effects.push(effect);
             self.terms.push(term);
         }

@@ -4,27 +4,19 @@ use super::hypothesis::{Hypothesis, Proof};
 use super::late::late_channels;
 use super::misfit::Misfit;
 use super::named::Suspect;
-use super::order::{exchanged_with, farthest};
 use super::physics::{Contest, Physics};
 use super::readings::Readings;
 use super::rounded::rounded;
 use super::search::{FAR_LESS_NOISE, Found, Plain, Trials, misfit_with};
-use super::some_rows::changes_of_row;
 use super::spike::far_apart;
-use super::stretch::Stretch;
-use super::typed::{SETTING, mistyped, set_free};
-use crate::case::{Change, Edit};
+use super::typed::{SETTING, mistyped};
+use super::wrong_rows::{Asked, of_its_wrong_rows, of_no_end, of_rows};
+use crate::case::Edit;
 use crate::kind::Files;
-use crate::measured::{Fitted, Reading};
+use crate::measured::Fitted;
 use crate::settled::Settled;
 use crate::{Case, Error};
 
-/// Touches left out at most to see whether the others fit: of more, the refusal says enough.
-const MOST_FAR_OFF: usize = 20;
-/// Degrees of freedom that rows must leave without which a case can be fitted that cannot with them.
-const FEWEST_LEFT: usize = 4;
-/// Mistakes of a case that cannot be fitted that are looked at beside readings far off, those that leave the least.
-const NEAREST: usize = 4;
 /// Mistakes named in one case at most: what needs more was not one case.
 const MOST_MISTAKES: usize = 3;
 
@@ -104,7 +96,7 @@ pub(crate) fn examine(case: &Case, fitted: &Fitted) -> Result<Examined, Error> {
 }
 
 /// What may be wrong with the input of a case.
-fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
+pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let mut all = numbers_of_every_table(files, fitted);
     all.extend((files.kind.mistakes)(files, fitted));
     all.extend(other_rows_of_every_table(files));
@@ -238,7 +230,7 @@ fn beside_far_readings(case: &Case, trials: &Trials, helping: &[Found]) -> Optio
 }
 
 /// The case without the few readings that are far off all others once a mistake is mended.
-fn without_far(files: &Files, mistake: &Hypothesis) -> Option<Vec<Edit>> {
+pub(super) fn without_far(files: &Files, mistake: &Hypothesis) -> Option<Vec<Edit>> {
     // Rows are counted as before.
     if mistake.leaves_out() {
         return None;
@@ -307,7 +299,7 @@ fn noise_too_small(case: &Case, plain: &Plain, physics: &mut Option<Physics>) ->
 }
 
 /// Those of the list that are looked at where no other explains the case.
-fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
+pub(super) fn of_last_resort(list: &[Hypothesis]) -> Vec<Hypothesis> {
     list.iter().filter(|hypothesis| hypothesis.proof == Proof::FitIfNoOther).cloned().collect()
 }
 
@@ -317,206 +309,8 @@ fn is_of_a_place(files: &Files, found: &Found) -> bool {
     places.any(|of| found.named.edits.iter().any(|edit| edit.file == of.file))
 }
 
-/// What is asked of a misfit.
-type Asked<'a> = &'a dyn Fn(&Misfit) -> bool;
-
-/// What is wrong with some rows of a case that no change to all of them explains; else, that they are not of it,
-/// where the others fit without them: of readings that physics may have made only where the misfit `is_gross`, or where
-/// they leave what `sessions` asks of the others.
-fn of_rows(
-    files: &Files,
-    last: Vec<Hypothesis>,
-    is_sound: &(impl Fn(&Misfit) -> bool + Sync),
-    (is_gross, sessions): (bool, Option<Asked<'_>>),
-) -> (Option<Found>, Option<Found>) {
-    let mut stretches = Stretch::all_of(files, is_sound);
-    let first_of = |list| Trials::of_those(files, list, None).restoring(is_sound);
-    let changed = |stretches: &[Stretch]| {
-        let found = first_of(stretches.iter().flat_map(|s| s.changes(files)).collect());
-        let found =
-            found.map(|found| stretches.iter().fold(found, |found, s| s.sharpened(files, found)));
-        found.filter(|found| fits_as_the_others(files, found))
-    };
-    let beyond = || first_of(late_channels(files)).or_else(|| first_of(set_free(files)));
-    match changed(&stretches).or_else(|| first_of(last)).or_else(beyond) {
-        None => {
-            for others in Stretch::in_other_orders(files, is_sound) {
-                if let Some(found) = changed(&others) {
-                    return (Some(found), None);
-                }
-                stretches.extend(others);
-            }
-            if let Some(found) = changed(&Stretch::scattered(files, is_sound)) {
-                return (Some(found), None);
-            }
-            let misplaced = |may_be: &dyn Fn(&&Stretch) -> bool| {
-                let those = stretches.iter().filter(may_be);
-                Trials::of_those(files, those.filter_map(|s| s.misplaced(files)).collect(), None)
-            };
-            let of_no_physics = misplaced(&|s| is_gross || s.is_of_places());
-            let of_session = |is_session: Asked<'_>| {
-                misplaced(&|s| s.is_of_a_session() && s.is_of_the_few())
-                    .leaving_most(|misfit| is_session(misfit))
-            };
-            let found = of_no_physics.leaving_most(is_sound);
-            (None, found.or_else(|| sessions.and_then(of_session)))
-        }
-        found => (found, None),
-    }
-}
-
-/// Whether rows that a mistake multiplies fit as well as the others then: among dozens of factors one takes most of what
-/// lies apart for another reason.
-fn fits_as_the_others(files: &Files, found: &Found) -> bool {
-    let is_worse = || {
-        let (file, rows) = found.named.multiplied()?;
-        let of = files.kind.readings.iter().find(|of| of.file == file)?;
-        let without = misfit_with(files, &of.without(&files.folder, rows)?)?;
-        Some(found.after?.is_worse_of_some(&without))
-    };
-    !is_worse().unwrap_or(false)
-}
-
-/// Whether what is left of a case is noise, of enough rows.
-fn fits_alone(misfit: &Misfit) -> bool {
-    misfit.is_only_noise() && misfit.dof >= FEWEST_LEFT
-}
-
-/// Another unit, order or sign of some rows, where that brings the case to the noise as well as leaving out the readings
-/// at an end of a range.
-fn of_no_end(files: &Files, found: Found, last: &[Hypothesis]) -> Found {
-    if !found.named.is_of_an_end() {
-        return found;
-    }
-    let kept = found.after.map_or(FEWEST_LEFT, |after| after.dof);
-    let (changed, _) = of_rows(files, last.to_vec(), &fits_alone, (true, None));
-    let is_of_all = |other: &Found| {
-        !other.named.only_leaves_out() && other.after.is_some_and(|after| after.dof > kept)
-    };
-    changed.filter(is_of_all).unwrap_or(found)
-}
-
-/// Rows that are left out for a label that they share, or for the end of a range at which they read, without those that
-/// fit: where most do, that is not to blame.
-fn of_its_wrong_rows(files: &Files, found: Found, fits: &impl Fn(&Misfit) -> bool) -> Found {
-    let of_few = || {
-        let kept = found.named.edits.iter().find_map(|edit| match &edit.change {
-            Change::Keep { rows } => {
-                let of = files.kind.readings.iter().find(|of| of.file == edit.file)?;
-                Some((of, rows))
-            }
-            _ => None,
-        });
-        let (of, rows) = kept?;
-        let n = files.folder.table(of.file, &[]).ok()?.n_rows();
-        let gone: Vec<usize> = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
-        let n_gone = gone.len();
-        let wrong = Stretch::of_wrong_ones(files, of, gone, fits)?;
-        let named = (2 * wrong.n_wrong() <= n_gone).then(|| wrong.misplaced(files)).flatten()?;
-        let after = misfit_with(files, &named.edits);
-        Some(Found { named, after, rivals: Vec::new(), is_subtle: found.is_subtle })
-    };
-    let may_be = found.named.effect == "input:misplaced"
-        || found.named.is_of_an_end() && found.named.proof == Proof::Fit;
-    may_be.then(of_few).flatten().unwrap_or(found)
-}
-
-/// The error of a case that cannot be fitted, with the mistake that would explain it.
-pub(crate) fn named_cause(files: &Files, source: Error) -> Error {
-    // What is wrong in form says so itself, but for what the data prove to be its cause.
-    if matches!(source, Error::Case { .. }) {
-        let certain = Trials::proved(files, &mistakes(files, None), Proof::Certain).mended();
-        return match certain {
-            Some(found) => caused_by(&found.of_all(files), source),
-            None => source,
-        };
-    }
-    // What is left free by too few data, another unit does not hold unless it brings them to the noise.
-    let is_free = source.is_undetermined() && !source.is_unsettled();
-    let mut list = mistakes(files, None);
-    list.extend(with_another(files, &source));
-    let last = of_last_resort(&list);
-    let trials = Trials::of(files, list, None);
-    let found = trials.mending(is_free);
-    let beside_far = || {
-        let restores = |change: &Hypothesis| {
-            let without = without_far(files, change)?;
-            let fits = |edits: &[Edit]| {
-                misfit_with(files, edits).is_some_and(|left| left.is_noise() && fits_alone(&left))
-            };
-            // What changes those readings alone is not needed without them.
-            let restores = !fits(&without) && fits(&change.and(&without).edits);
-            let named = change.clone();
-            restores.then(|| Found { named, after: None, rivals: Vec::new(), is_subtle: false })
-        };
-        trials.nearest(NEAREST).find_map(restores)
-    };
-    let elsewhere = || {
-        let (found, misplaced) = of_rows(files, last.clone(), &fits_alone, (true, None));
-        found.or(misplaced).filter(|_| !is_free)
-    };
-    let found = found.map(|found| of_no_end(files, found, &last));
-    let found = found.or_else(beside_far).or_else(elsewhere);
-    let found = found.map(|found| found.of_all(files));
-    match found.or_else(|| unmatched_but_for_some(files, &source)) {
-        Some(found) => caused_by(&found, source),
-        None => source,
-    }
-}
-
-fn caused_by(found: &Found, source: Error) -> Error {
-    let suspect = Suspect::of(found, None);
-    Error::Input { source: Box::new(source), suspect: Box::new(suspect) }
-}
-
-/// Some touches so far off that nothing can be fitted, and others that fit no better: where the rest fits, one change to
-/// all of them that mends them, or that they are not of the part; the tables do not belong together where it does not.
-fn unmatched_but_for_some(files: &Files, source: &Error) -> Option<Found> {
-    let file = files.kind.touches?;
-    let mut touch = source.touch()?;
-    let n = files.folder.table(file, &[]).ok()?.n_rows();
-    let mut rows: Vec<usize> = (0..n).collect();
-    for _ in 0..MOST_FAR_OFF {
-        if touch >= rows.len() {
-            return None;
-        }
-        rows.remove(touch);
-        let edit = Edit { file, change: Change::Keep { rows: rows.clone() } };
-        let fit = |reading: Reading| {
-            let fitted = reading.measured.fit_alone()?;
-            Ok((Misfit::of(&*reading.measured, &fitted), farthest(&fitted, 1)))
-        };
-        match files.with(&[edit]).read().and_then(fit) {
-            Ok(((misfit, yardstick), _)) if misfit.share >= yardstick.unmatched => {
-                return Some(unmatched(files, &misfit));
-            }
-            Ok(((misfit, _), _)) if fits_alone(&misfit) => {
-                let wrong = (0..n).filter(|row| rows.binary_search(row).is_err()).collect();
-                let stretch = Stretch::of_those(files, file, wrong)?;
-                let changed = Trials::of_those(files, stretch.changes(files), None);
-                let misplaced = || stretch.misplaced(files).map(Found::unmended);
-                return changed.restoring(fits_alone).or_else(misplaced);
-            }
-            Ok((_, far)) => touch = *far.first()?,
-            Err(source) => touch = source.touch()?,
-        }
-    }
-    None
-}
-
-/// What one touch has of any other, where a refusal says which one is to blame.
-fn with_another(files: &Files, source: &Error) -> Vec<Hypothesis> {
-    const XYZ: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-    let Some((file, touch)) = files.kind.touches.zip(source.touch()) else { return Vec::new() };
-    let table = files.folder.table(file, &XYZ).ok();
-    let exchanged = |column: &&str| exchanged_with(file, table.as_ref(), &[*column], touch);
-    let mut all: Vec<_> = XYZ.iter().flat_map(exchanged).collect();
-    all.extend(changes_of_row((file, table.as_ref()), touch, &XYZ));
-    all
-}
-
 /// Tables whose numbers have nothing to do with each other, whatever the reason.
-fn unmatched(files: &Files, misfit: &Misfit) -> Found {
+pub(super) fn unmatched(files: &Files, misfit: &Misfit) -> Found {
     let description = format!(
         "what is left is {:.0} % of what was measured, and no single change to a column explains \
          it: the tables do not belong together; look for a table from another session, a clock \

@@ -45,7 +45,7 @@ pub(crate) fn labelled(table: &Table, known: &[&str]) -> Vec<Label> {
     all
 }
 
-pub(super) fn labels_of(table: &Table, column: usize) -> BTreeMap<&str, Vec<usize>> {
+pub(crate) fn labels_of(table: &Table, column: usize) -> BTreeMap<&str, Vec<usize>> {
     let mut labels: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for row in 0..table.n_rows() {
         labels.entry(table.cell(row, column)).or_default().push(row);

@@ -87,24 +87,25 @@ impl Misfit {
     /// How much worse the readings fit that another fit is without, in standard deviations of noise
     /// as that fit has it; `None` where no noise is declared.
     pub(super) fn by_what_is_left_out(&self, without: &Self) -> Option<f64> {
-        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
-        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-        let [dof, kept] = [self.dof as f64, without.dof as f64];
-        let out = dof - kept;
-        let square = (all * dof - noise * kept) / noise;
+        let (square, [out, kept]) = self.left_out(without)?;
         (out > 0.0 && kept > 0.0).then(|| (square - out) / (2.0 * out * (1.0 + out / kept)).sqrt())
     }
 
     /// Whether the readings that another fit is without fit clearly worse than the others: twice as far off, and by no
     /// accident.
     pub(super) fn is_worse_of_some(&self, without: &Self) -> bool {
-        let both = self.chi2_per_dof.zip(without.chi2_per_dof);
+        let is_far =
+            self.left_out(without).is_some_and(|(square, [out, _])| square > WORSE_CHI2 * out);
+        is_far && self.by_what_is_left_out(without).is_some_and(|sigmas| sigmas > NO_ACCIDENT)
+    }
+
+    /// χ² of the readings that another fit is without, in units of the noise of the others, and how many they and the
+    /// others are.
+    fn left_out(&self, without: &Self) -> Option<(f64, [f64; 2])> {
+        let (all, noise) = self.chi2_per_dof.zip(without.chi2_per_dof)?;
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let [dof, kept] = [self.dof as f64, without.dof as f64];
-        let is_far = both.is_some_and(|(all, noise)| {
-            all * dof - noise * kept > WORSE_CHI2 * noise * (dof - kept)
-        });
-        is_far && self.by_what_is_left_out(without).is_some_and(|sigmas| sigmas > NO_ACCIDENT)
+        Some(((all * dof - noise * kept) / noise, [dof - kept, kept]))
     }
 
     /// Whether it is the noise, or next to nothing.

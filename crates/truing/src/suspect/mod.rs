@@ -28,6 +28,7 @@ mod physics;
 mod polar;
 mod readings;
 mod record;
+mod refused;
 mod rounded;
 mod search;
 mod setting;
@@ -41,6 +42,7 @@ mod typed;
 mod unit;
 mod unit_length;
 mod written;
+mod wrong_rows;
 mod yardstick;
 mod zeros;
 
@@ -50,11 +52,13 @@ pub(crate) use channel::{
 };
 pub(crate) use clock::{clocks, stretches};
 pub(crate) use coarse::{coarser_than_others, step_of};
-pub(crate) use examine::{Examined, examine, named_cause};
+pub(crate) use examine::{Examined, examine};
 pub(crate) use held::held;
 pub(crate) use hypothesis::{Hypothesis, Proof, lines_of, stretches_of};
 pub(crate) use increments::increments;
-pub(crate) use label::{Label, Part, labelled, of_another_part, readings_of_each, readings_of_one};
+pub(crate) use label::{
+    Label, Part, labelled, labels_of, of_another_part, readings_of_each, readings_of_one,
+};
 pub use named::Suspect;
 pub(crate) use order::{
     blocks_shifted, copies, cycles, exchanged_blocks, exchanged_deviations, exchanged_rows,
@@ -64,7 +68,8 @@ pub(crate) use order::{
 pub(crate) use polar::polar;
 pub(crate) use readings::{Readings, Samples, Set};
 pub(crate) use record::Record;
-pub(crate) use setting::{Typed, lengths, number, other_setting, scaled_setting};
+pub(crate) use refused::named_cause;
+pub(crate) use setting::{Typed, lengths, number, numbers, other_setting, scaled_setting};
 pub(crate) use sign::{minus_lost, signs};
 pub(crate) use slip::{points_lost, slip_of_sign};
 pub(crate) use some_rows::axes_of_row;

@@ -282,12 +282,6 @@ impl Trials {
         Some(Found { named, after, rivals: Vec::new(), is_subtle: false })
     }
 
-    /// The first mistake with whose change the case can be fitted.
-    pub(super) fn mended(self) -> Option<Found> {
-        let (named, after) = self.all.into_iter().find(|(_, misfit)| misfit.is_some())?;
-        Some(Found { named, after, rivals: Vec::new(), is_subtle: false })
-    }
-
     /// The mistake that brings a case up to its declared noise.
     pub(super) fn to_noise(&self) -> Option<Found> {
         best(self.pick(|_, m| m.is_noise()), false)

@@ -20,6 +20,11 @@ pub(crate) fn number(document: &Document, path: &[&'static str]) -> Option<f64> 
     number_of(&document.value(path)?)
 }
 
+/// A list of numbers of `case.toml`; `None` where it is none.
+pub(crate) fn numbers(document: &Document, path: &[&'static str]) -> Option<Vec<f64>> {
+    document.value(path)?.as_array()?.iter().map(number_of).collect()
+}
+
 /// The number that a value is.
 pub(super) fn number_of(value: &toml::Value) -> Option<f64> {
     #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]

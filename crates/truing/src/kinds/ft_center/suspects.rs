@@ -13,9 +13,9 @@ use crate::kinds::orientation::{QUATERNION, mistakes_of_quaternion};
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
-    exchanged_rows, exchanged_targets, exchanges, farthest, increments, lengths, other_setting,
-    points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs, sorted_as_text,
-    spread_of, standing_still, units, units_from_a_row,
+    exchanged_rows, exchanged_targets, exchanges, farthest, increments, lengths, numbers,
+    other_setting, points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs,
+    sorted_as_text, spread_of, standing_still, units, units_from_a_row,
 };
 
 pub(super) const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
@@ -55,8 +55,9 @@ fn presses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
         return Vec::new();
     };
     let without = |wrench: &Table, rows: &[bool]| presses_left_out(wrench, &known, rows);
-    let mut all = channels(WRENCH, Some(&wrench), &[&FORCES[..], &MOMENTS].concat(), without);
-    all.extend(copied_records(&wrench, |rows| presses_left_out(&wrench, &known, rows)));
+    let six = [FORCES, MOMENTS].concat();
+    let mut all = channels(WRENCH, Some(&wrench), &six, without);
+    all.extend(copied_records(&wrench, &six, |rows| without(&wrench, rows)));
     let (wrench, known) = (Some(&wrench), Some(&known));
     all.extend(copies(WRENCH, wrench, &FORCES, Proof::Data));
     all.extend(copies(WRENCH, wrench, &MOMENTS, Proof::Data));
@@ -175,13 +176,9 @@ fn gravity_elsewhere(files: &Files) -> Vec<Hypothesis> {
     let path = ["model", "gravity"];
     let declared = match files.document.value(&path) {
         None => Some(vec![0.0, 0.0, -1.0]),
-        Some(value) => value.as_array().and_then(|all| {
-            all.iter().map(|v| v.as_float().or_else(|| v.as_integer().map(int))).collect()
-        }),
+        Some(_) => numbers(&files.document, &path).filter(|declared| declared.len() == 3),
     };
-    let Some(declared) = declared.filter(|declared: &Vec<f64>| declared.len() == 3) else {
-        return Vec::new();
-    };
+    let Some(declared) = declared else { return Vec::new() };
     let another = |what: &str, direction: [f64; 3]| {
         let value = direction.map(toml::Value::Float).to_vec();
         other_setting(&path, "input:direction", what, toml::Value::Array(value))
@@ -205,11 +202,6 @@ fn gravity_elsewhere(files: &Files) -> Vec<Hypothesis> {
         }
     }
     all
-}
-
-#[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
-fn int(value: i64) -> f64 {
-    value as f64
 }
 
 pub(super) fn press_yardstick(presses: &[Press]) -> Yardstick {

@@ -15,9 +15,9 @@ use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, axes_of_row, blocks_shifted, clipped_of_few,
     clipped_of_one, copies, cycles, doubled, exchanges, farthest, held, increments,
-    names_of_one_exchanged, other_setting, place_standing_still, readings_of_one, rows_left_out,
-    rows_shifted, signs, slip_of_sign, spread_of, standing_still, standing_still_in_several,
-    standing_still_within, swapped_names, units, zeros,
+    names_of_one_exchanged, numbers, other_setting, place_standing_still, readings_of_one,
+    rows_left_out, rows_shifted, signs, slip_of_sign, spread_of, standing_still,
+    standing_still_in_several, standing_still_within, swapped_names, units, zeros,
 };
 
 /// What is moved, over what there is, that no axis and no tape measure does: 6 mm in 200 mm.
@@ -289,11 +289,8 @@ fn directions(files: &Files) -> Vec<Hypothesis> {
 
 fn direction(files: &Files) -> Option<Vector3<f64>> {
     let document = &files.document;
-    if let Some(given) = document.value(&["axis", "direction"]) {
-        #[expect(clippy::cast_precision_loss, reason = "settings are small numbers")]
-        let number = |v: &toml::Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
-        let given: Option<Vec<f64>> = given.as_array()?.iter().map(number).collect();
-        return match given?[..] {
+    if document.value(&["axis", "direction"]).is_some() {
+        return match numbers(document, &["axis", "direction"])?[..] {
             [x, y, z] => Some(Vector3::new(x, y, z)),
             _ => None,
         };
