@@ -37,6 +37,7 @@ pub(crate) fn settled<'c>(
     while let Some(there) = prepared.there(&closure.solution()).transpose() {
         if way.found.len() == MOST_ROUNDS {
             closure.warnings.push(NOT_SETTLED.to_owned());
+            not_explained(&mut closure);
             break;
         }
         let before = || (closure.before.clone(), closure.residuals_before.clone());
@@ -130,6 +131,11 @@ fn not_anew(closure: &mut Closure, why: &str) {
         "the loop could not be closed anew about what was found ({why}), so the answer is that of the \
          round before: correct the input by it and close the loop again"
     ));
+    not_explained(closure);
+}
+
+/// What is not known about the place where it was found explains nothing.
+fn not_explained(closure: &mut Closure) {
     if closure.verdict == Verdict::Explained {
         closure.verdict = Verdict::StructureRemains;
     }

@@ -204,9 +204,15 @@ fn outside_machines() -> Vec<Cell> {
                 Scene::Tracer(tracer::Run { defect, n_angles: 19, ..tracer::Run::new(seed) })
             },
         ),
+        // Last, for a cell before another changes its seeds.
+        cell(OUTSIDE, "pose-icp: clamped anew, half a millimetre off", MOVED, |seed| {
+            let flaw = mirror::Flaw::Clamped(40, direction(seed).map(|v| 0.5 * v));
+            Scene::Mirror(Mirror { flaw, n_points: 72, ..Mirror::new(seed) })
+        }),
     ]
 }
 
+const MOVED: Question = Question::Honest(&["session-shift"]);
 /// A drift by whatever course, or time.
 const SETS: Question = Question::Honest(&["drift"]);
 const WARM: Question = Question::Honest(&["temperature", "session"]);

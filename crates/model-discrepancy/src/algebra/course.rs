@@ -120,9 +120,12 @@ fn courses(
 ) -> Vec<Course> {
     let Some(drifts) = Drifts::of(model, at, drift, elapsed) else { return Vec::new() };
     let Sharpness { false_alarm, best_alone } = sharpness;
-    let is_timed = model.declared().effects[drift].driver.is_some();
+    let even = &model.declared().effects[drift];
+    let is_timed = even.driver.is_some();
     let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
-    let settling = settling_of(&drifts, false_alarm).map(Course::Settling);
+    // Amplitudes that hardly show, and a time constant, fit whatever a few first readings do together.
+    let settling = (!even.only_instead).then(|| settling_of(&drifts, false_alarm)).flatten();
+    let settling = settling.map(Course::Settling);
     let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
     let session = session_of(&drifts, false_alarm)

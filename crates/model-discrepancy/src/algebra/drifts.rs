@@ -116,7 +116,8 @@ pub(crate) fn breaks(ascending: &[f64]) -> Vec<f64> {
 /// The effect of a drift that goes on in another way, found by looking at so many.
 pub(crate) fn along(even: &Effect, how: &str, searched: usize) -> Effect {
     let of = even.subject.as_ref().map_or_else(String::new, |subject| format!("{subject}, "));
-    Effect { subject: Some(format!("{of}{how}")), searched, ..even.clone() }
+    // A course that stands out needs no two others whose place it takes.
+    Effect { subject: Some(format!("{of}{how}")), searched, only_instead: false, ..even.clone() }
 }
 
 #[cfg(test)]

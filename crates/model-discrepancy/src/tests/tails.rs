@@ -1,12 +1,12 @@
 //! A single reading far off: a mistake, or the tail of the noise?
 
 use nalgebra::DVector;
-use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT};
 
 use crate::algebra::basis::Basis;
 use crate::algebra::reading::{Reading, left_by};
 use crate::count::count;
-use crate::levels::{HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED};
+use crate::levels::{HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED, REACHED, REACHED_UNDECLARED};
 use crate::noise::linear::Linear;
 
 /// Degrees of freedom of Student's t that noise may have beside the normal law; beyond 20 the two
@@ -51,15 +51,16 @@ const FOLLOWED: f64 = 0.95;
 pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> bool {
     let (own, others): (Vec<&Reading>, Vec<&Reading>) =
         lin.noise.all_readings(lin).iter().partition(|r| r.observation == observation);
-    let farthest = studentized(lin, &lin.basis, &own).into_iter().map(f64::abs).fold(0.0, f64::max);
+    let components = studentized(lin, &lin.basis, &own);
+    let farthest = components.iter().map(|z| z * z).sum::<f64>().sqrt();
     let rest = studentized(lin, beside, &others);
     if rest.len() < MIN_ROWS {
         return false;
     }
     let is_declared = lin.is_as_declared;
     let laws = weighed(&rest, farthest, is_declared);
-    let n = count(own.len() + others.len());
-    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
+    let n = count(own.len() + others.len()) / count(own.len());
+    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest, components.len())).powf(n);
     let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
     chance > if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
 }
@@ -73,9 +74,9 @@ pub(crate) fn reaches(lin: &Linear<'_>, farthest: f64, n: f64) -> bool {
         return false;
     }
     let laws = weighed(&rows, farthest, lin.is_as_declared);
-    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest)).powf(n);
+    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest, 1)).powf(n);
     let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
-    chance > if lin.is_as_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
+    chance > if lin.is_as_declared { REACHED } else { REACHED_UNDECLARED }
 }
 
 /// Least degrees of freedom for which the fourth moment is taken: below, it grows without bound, and with it how
@@ -130,12 +131,17 @@ impl Law {
         self.scale * self.freedom.map_or(1.0, |freedom| (freedom / (freedom - 2.0)).sqrt())
     }
 
-    /// Probability beyond `z` on either side.
-    fn outside(&self, z: f64) -> f64 {
+    /// Probability that components together, root of their sum of squares, lie beyond `z`; of a law with heavy tails it
+    /// is one of them that does.
+    fn outside(&self, z: f64, components: usize) -> f64 {
         let z = z / self.scale;
-        2.0 * match self.freedom {
-            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| t.sf(z)),
-            None => Normal::standard().sf(z),
+        let n = count(components.max(1));
+        match self.freedom {
+            Some(freedom) => {
+                let one = StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |t| 2.0 * t.sf(z));
+                1.0 - (1.0 - one).powf(n)
+            }
+            None => ChiSquared::new(n).map_or(0.0, |square| square.sf(z * z)),
         }
     }
 
@@ -241,7 +247,7 @@ mod tests {
         let beyond = |scale: f64, is_declared| -> f64 {
             let rows = quantiles(|p| scale * Normal::standard().inverse_cdf(p), 60);
             let far = 8.0 * scale;
-            weighed(&rows, far, is_declared).iter().map(|(law, w)| w * law.outside(far)).sum()
+            weighed(&rows, far, is_declared).iter().map(|(law, w)| w * law.outside(far, 1)).sum()
         };
         let undeclared = beyond(1.0, false);
         assert!(beyond(1.0, true) < undeclared, "{} {undeclared}", beyond(1.0, true));
@@ -277,7 +283,7 @@ mod tests {
             let sum: f64 = weighed(&rows, 0.0, false).iter().map(|(_, w)| w).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{sum}");
             let far = 9.0 * scale;
-            let beyond = |(law, w): &(Law, f64)| w * law.outside(far);
+            let beyond = |(law, w): &(Law, f64)| w * law.outside(far, 1);
             let chance: f64 = weighed(&rows, 0.0, false).iter().map(beyond).sum();
             assert!(chance < 1e-3, "{chance}");
         }

@@ -21,6 +21,10 @@ pub(crate) const TIME: &str = "time_s";
 /// Mean square of a normal's component from which a drift along that axis can be told: below it,
 /// the touches see less than a fifth of it.
 const SEEN_DRIFT: f64 = 0.04;
+/// How far from where it was a part lies at least that is clamped anew, roughly: flat ones show that.
+const CLAMPED_MM: f64 = 0.1;
+/// Subject of a drift whose sideways part only a gross one shows.
+const SIDEWAYS: &str = "sideways";
 
 /// No machine is further out of square than this.
 const GROSS_RAD: f64 = 1e-3;
@@ -72,7 +76,7 @@ pub(crate) fn catalogue(setting: &Setting<'_>) -> Vec<Entry> {
         entries.push(squareness(setting));
         entries.extend(reversals(setting));
     }
-    entries.push(drift(setting));
+    entries.extend(drifts(setting));
     entries.extend(temperatures(setting));
     entries.extend(bad_points(setting.touches));
     entries
@@ -145,11 +149,10 @@ fn scales(fixed_mm: Vector3<f64>) -> impl Iterator<Item = Entry> {
 /// Pairs with z only where the part is steep enough for a gross error to show.
 fn squareness(setting: &Setting<'_>) -> Entry {
     let text = "the machine's axes are not square to each other";
-    let seen_mm = setting.touches.iter().map(|t| t.touch.sigma_mm).fold(SEEN_MM, f64::min);
     let pairs: Vec<(usize, usize)> = [(0, 1), (0, 2), (1, 2)]
         .into_iter()
         .filter(|&(first, second)| {
-            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > seen_mm
+            second < 2 || setting.lateral_travel_mm[first] * GROSS_RAD > seen_mm(setting)
         })
         .collect();
     let parameters = (pairs.iter())
@@ -161,9 +164,22 @@ fn squareness(setting: &Setting<'_>) -> Entry {
     entry
 }
 
-fn drift(setting: &Setting<'_>) -> Entry {
-    let text = "the readings drift while the part is touched";
+fn drifts(setting: &Setting<'_>) -> Vec<Entry> {
     let axes = moved_axes(setting);
+    let sideways = (0..2).any(|k| !axes.contains(&k) && shows_when_moved(setting, k));
+    let mut all = vec![drift(setting, axes)];
+    if sideways {
+        let mut moved = drift(setting, (0..3).collect());
+        moved.effect.subject = Some(SIDEWAYS.to_owned());
+        moved.effect.description.push_str(", sideways as well");
+        moved.effect.only_instead = true;
+        all.push(moved);
+    }
+    all
+}
+
+fn drift(setting: &Setting<'_>, axes: Vec<usize>) -> Entry {
+    let text = "the readings drift while the part is touched";
     let named =
         |unit: &str, factor| axes.iter().map(|&k| parameter(AXES[k], unit, factor)).collect();
     if let Some(time) = setting.covariates.iter().find(|c| c.name == TIME) {
@@ -179,6 +195,16 @@ fn drift(setting: &Setting<'_>) -> Entry {
     let elapsed = (0..count).map(ratio).collect();
     let parameters = named("µm", 1e3 * ratio(count.saturating_sub(1).max(1)));
     entry("drift", text, parameters, Term::Drift { elapsed, axes })
+}
+
+/// Whether the touches see the part clamped elsewhere along an axis.
+fn shows_when_moved(setting: &Setting<'_>, axis: usize) -> bool {
+    setting.normal_squares[axis].sqrt() * CLAMPED_MM > seen_mm(setting)
+}
+
+/// What a touch sees at least.
+fn seen_mm(setting: &Setting<'_>) -> f64 {
+    setting.touches.iter().map(|t| t.touch.sigma_mm).fold(SEEN_MM, f64::min)
 }
 
 /// Along which the touches see how the part moves; z is one of them.

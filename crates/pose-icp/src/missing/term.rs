@@ -50,6 +50,14 @@ pub(crate) struct Contact<'a> {
 }
 
 impl Term {
+    /// Time that had passed at each observation, of a drift.
+    pub(crate) fn elapsed(&self) -> Option<&[f64]> {
+        match self {
+            Self::Drift { elapsed, .. } => Some(elapsed),
+            _ => None,
+        }
+    }
+
     /// What a unit of each amplitude adds to the reading per distance from the place where the machine reads right;
     /// empty where the effect does not grow with it.
     pub(crate) fn of_distance(&self) -> Vec<Matrix3<f64>> {

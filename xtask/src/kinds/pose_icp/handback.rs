@@ -231,7 +231,8 @@ fn read_along(json: &Value, normal: [f64; 3]) -> f64 {
 /// What time and temperature add to one reading.
 fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
     let mut error = [0.0; 3];
-    if let Some(drift) = step(json, "drift", None) {
+    let drifts = [None, Some("sideways")].map(|whose| step(json, "drift", whose));
+    for drift in drifts.into_iter().flatten() {
         for (k, axis) in AXES.iter().enumerate() {
             error[k] += amplitude(drift, axis) * 1e-3 * elapsed(table, row);
         }
@@ -242,9 +243,11 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
             error[k] += amplitude(drift, axis) * 1e-3 * course;
         }
     }
-    for shift in begun(json, ("session-shift", ""), table.texts("point"), row) {
-        for (k, axis) in AXES.iter().enumerate() {
-            error[k] += amplitude(shift, axis) * 1e-3;
+    for whose in ["", "sideways, "] {
+        for shift in begun(json, ("session-shift", whose), table.texts("point"), row) {
+            for (k, axis) in AXES.iter().enumerate() {
+                error[k] += amplitude(shift, axis) * 1e-3;
+            }
         }
     }
     for (k, axis) in AXES.iter().enumerate() {

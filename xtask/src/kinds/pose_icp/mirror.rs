@@ -38,6 +38,8 @@ pub(crate) enum Flaw {
     /// The spindle reaches its temperature: mm in the end, with this share of the session as its time
     /// constant.
     Settling(f64, f64),
+    /// The part is clamped anew before this touch, and lies elsewhere: mm.
+    Clamped(usize, [f64; 3]),
     /// An axis reads long where the ball comes to the part from below along it, and short from above:
     /// which, and half of the difference, mm.
     Play(usize, f64),
@@ -341,6 +343,7 @@ fn machine_error(mirror: &Mirror, pose: &Pose, at: [f64; 3], index: usize, air: 
             let time = as_f64(index) / as_f64(mirror.n_points - 1);
             [0.0, 0.0, total * (1.0 - (-time / share).exp())]
         }
+        Flaw::Clamped(first, by) if index >= first => by,
         Flaw::BadPoint(bad, high) if bad == index => [0.0, 0.0, high],
         Flaw::Growth(per_k) => [0.0, 0.0, per_k * (air.temperature_c[index] - 20.0)],
         Flaw::Humidity(per_pct) => [0.0, 0.0, per_pct * (air.humidity_pct[index] - 45.0)],

@@ -23,6 +23,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "reversal [by approach]",
     "drift",
     "drift [settling]",
+    "session-shift [sideways, from t40 on]",
     "temperature",
 ];
 
@@ -82,6 +83,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("play-between", files(&Mirror { flaw: Flaw::PlayBetween(1, -8e-3), ..steep.clone() }, "")),
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
         ("settling", files(&with(Flaw::Settling(0.02, 0.08)), "")),
+        ("clamped-anew", files(&with(Flaw::Clamped(40, [0.3, -0.2, 0.1])), "")),
         ("temperature", files(&Mirror { record_air: true, ..with(Flaw::Growth(0.012)) }, "")),
         ("bad-point", files(&with(Flaw::BadPoint(4, 0.02)), "")),
         ("height", held(Flaw::None, "\"z\"", [0.0, 0.0, 0.02, 0.0])),
