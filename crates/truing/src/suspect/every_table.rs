@@ -4,6 +4,7 @@ use super::hypothesis::{Hypothesis, Proof, present};
 use super::odd::odd_among_neighbours;
 use super::order::{exchanges, farthest, rows_shifted, rows_shifted_by, sorted_as_row_numbers};
 use super::readings::{Readings, Set};
+use super::sign::signs_of_the_fewer;
 use super::slip::slips;
 use super::unit::{Dimension, all_and_each};
 use super::zeros::zeros;
@@ -80,6 +81,7 @@ fn numbers(
     let far = far.as_ref().map(|(fitted, rows)| (*fitted, &rows[..]));
     let columns = columns_of(table, of.sets);
     let mut all = slips((of.file, Some(table)), &columns, of.is_record, far);
+    all.extend(signs_of_the_fewer(of.file, table, &columns));
     for (columns, dimension) in without_deviations(of.sets) {
         let columns = present(Some(table), columns);
         let odd = |column: &&str| odd_among_neighbours(of.file, table, column, *dimension);

@@ -8,6 +8,11 @@ const FAR: f64 = 15.0;
 /// Signs lost at least: of fewer each is a slip.
 const FEWEST_LOST: usize = 3;
 
+/// Numbers of the other sign are at most so many times as large as those of the sign that most have, and as small.
+const ROOM: f64 = 1.5;
+/// Share of their width by which those of one sign stay away from zero.
+const APART: f64 = 0.1;
+
 /// Columns of a table with the other sign: each alone, and all of them.
 pub(crate) fn signs(
     file: &'static str,
@@ -32,6 +37,41 @@ pub(crate) fn signs(
         Hypothesis::of("input:sign", (file, set), description, vec![Edit { file, change }])
     };
     sets.iter().map(of_set).collect()
+}
+
+/// Rows of a column with the sign that fewer have, all of which lie among the others with that of the rest, and none of
+/// which does as it is.
+pub(super) fn signs_of_the_fewer(
+    file: &'static str,
+    table: &Table,
+    columns: &[&str],
+) -> Vec<Hypothesis> {
+    let of_column = |column: &str| {
+        let values = table.numbers(column)?;
+        let (below, above): (Vec<usize>, Vec<usize>) =
+            (0..values.len()).filter(|&row| values[row] != 0.0).partition(|&row| values[row] < 0.0);
+        let (few, most) = if below.len() < above.len() { (below, above) } else { (above, below) };
+        let sizes = || most.iter().map(|&row| values[row].abs());
+        let (least, largest) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
+        let is_among = |row: &usize| {
+            let size = values[*row].abs();
+            (least / ROOM..=largest * ROOM).contains(&size)
+        };
+        // What goes through zero has small numbers on either side of it.
+        let lie_apart = least > 0.0 && least > APART * (largest - least);
+        if few.len() < FEWEST_LOST || !few.iter().all(is_among) || !lie_apart {
+            return None;
+        }
+        let lines: Vec<usize> = few.iter().map(|row| table.line(*row)).collect();
+        let description = format!(
+            "`{column}` of {file} has the opposite sign in lines {}: multiply by −1 there",
+            stretches_of(&lines)
+        );
+        let change = Change::Scale { columns: owned(&[column]), rows: Some(few), factor: -1.0 };
+        let edits = vec![Edit { file, change }];
+        Some(Hypothesis::of("input:sign", (file, &[column]), description, edits))
+    };
+    columns.iter().filter_map(|column| of_column(column)).collect()
 }
 
 /// Columns without any sign, negative in the rows that lie far off: of these the minus signs are lost.

@@ -42,9 +42,9 @@ pub(super) fn slips(
     let of_column = |(name, values): (&str, Vec<f64>)| {
         let lost = |row: usize| LOST.map(|factor| (row, Wrong::Point, values[row] / factor));
         let mut all: Vec<(usize, Wrong, f64)> = largest(&values).flat_map(lost).collect();
-        all.extend(beyond_others(&values).into_iter().flat_map(|row| {
-            digits_exchanged(values[row]).into_iter().map(move |meant| (row, Wrong::Digits, meant))
-        }));
+        all.extend(
+            beyond_others(&values).into_iter().flat_map(|row| may_be_meant(row, values[row])),
+        );
         if let Some((fitted, rows)) = far {
             let known = rows.iter().copied().filter(|&row| row < values.len());
             all.extend(known.flat_map(|row| like(fitted, row, values[row])));
@@ -212,15 +212,19 @@ fn like(
     read: f64,
 ) -> impl Iterator<Item = (usize, Wrong, f64)> + use<> {
     let off = fitted.observations[row].square().sqrt();
-    let of_factor =
-        move |factor: f64| (if factor < 0.0 { Wrong::Sign } else { Wrong::Point }, read / factor);
-    let digits = digits_exchanged(read).into_iter().map(|meant| (Wrong::Digits, meant));
-    let is_like = move |(_, meant): &(Wrong, f64)| {
+    let is_like = move |(_, _, meant): &(usize, Wrong, f64)| {
         let change = (read - meant).abs();
         change >= off / LIKE[0] && change <= off * LIKE[1]
     };
-    let all = FACTORS.into_iter().map(of_factor).chain(digits).filter(is_like);
-    all.map(move |(wrong, meant)| (row, wrong, meant))
+    may_be_meant(row, read).filter(is_like)
+}
+
+/// What may have been meant by a number of a row: with its point, its sign or two of its digits otherwise.
+fn may_be_meant(row: usize, read: f64) -> impl Iterator<Item = (usize, Wrong, f64)> + use<> {
+    let of_factor =
+        move |factor: f64| (if factor < 0.0 { Wrong::Sign } else { Wrong::Point }, read / factor);
+    let digits = digits_exchanged(read).into_iter().map(|meant| (Wrong::Digits, meant));
+    FACTORS.into_iter().map(of_factor).chain(digits).map(move |(wrong, meant)| (row, wrong, meant))
 }
 
 fn slip(

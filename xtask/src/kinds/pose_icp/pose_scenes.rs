@@ -23,7 +23,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "reversal [by approach]",
     "drift",
     "drift [settling]",
-    "session-shift [sideways, from t40 on]",
+    "session-shift [sideways, from P41 on]",
     "temperature",
 ];
 

@@ -69,11 +69,12 @@ impl Order {
 impl Rows<'_> {
     /// The order of the rows with which the repeats agree as noise does, and as they stand far less.
     pub(super) fn in_another_order(&self) -> Option<Hypothesis> {
-        let before = self.disagreement(self.values)?;
+        // As they stand most targets disagree: what does at a few of them, from one side, is the axis.
+        let before = self.disagreement(self.values, typical)?;
         let shifts = (1..=FARTHEST.min(self.values.len() / 2))
             .flat_map(|rows| [Order::Down(rows), Order::Up(rows)]);
         let tried = shifts.chain(self.passes().into_iter().map(Order::Reversed));
-        let left = |order: &Order| self.disagreement(&order.put_right(self.values));
+        let left = |order: &Order| self.disagreement(&order.put_right(self.values), rms);
         let all: Vec<_> = tried.filter_map(|order| Some((left(&order)?, order))).collect();
         let least = all.iter().map(|(left, _)| *left).min_by(f64::total_cmp)?;
         // An axis that goes there and back reads the same from its other end on: the smallest shift is the one.
@@ -100,11 +101,14 @@ impl Rows<'_> {
 
     /// By how much the repeats at one target scatter from either side, or the sides lie apart by another amount from
     /// target to target: a shift by some rows of cycles that are all alike leaves the repeats as they are.
-    fn disagreement(&self, values: &[f64]) -> Option<f64> {
+    fn disagreement(&self, values: &[f64], spread: fn(Vec<f64>) -> f64) -> Option<f64> {
         let scatter = self.places.scatter(values, |_| true)?;
         let sides = self.places.both_sides(values);
-        let apart = variation(sides.iter().map(|[rising, falling]| rising.value - falling.value));
-        Some(if sides.len() < FEWEST_OF_A_PASS { scatter } else { scatter.max(apart) })
+        if sides.len() < FEWEST_OF_A_PASS {
+            return Some(scatter);
+        }
+        let apart = sides.iter().map(|[rising, falling]| rising.value - falling.value).collect();
+        Some(scatter.max(spread(apart)))
     }
 
     /// Rows over which the targets only rise, or only fall.
@@ -124,4 +128,21 @@ impl Rows<'_> {
         passes.retain(|pass| pass.len() >= FEWEST_OF_A_PASS);
         passes
     }
+}
+
+/// Root mean square of values about their mean.
+fn rms(values: Vec<f64>) -> f64 {
+    variation(values.into_iter())
+}
+
+/// Standard deviation of most of some values: the median of what they are off by, times what it is less of a normal law.
+fn typical(mut values: Vec<f64>) -> f64 {
+    const OF_A_NORMAL_LAW: f64 = 1.4826;
+    values.sort_by(f64::total_cmp);
+    let middle = values[values.len() / 2];
+    for value in &mut values {
+        *value = (*value - middle).abs();
+    }
+    values.sort_by(f64::total_cmp);
+    OF_A_NORMAL_LAW * values[values.len() / 2]
 }

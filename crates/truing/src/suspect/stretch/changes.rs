@@ -130,7 +130,10 @@ impl Stretch {
             return found;
         }
         let is_it = |change: &Hypothesis| change.description == found.named.description;
-        let Some(index) = self.changes(files).iter().position(is_it) else { return found };
+        if !self.changes(files).iter().any(is_it) {
+            return found;
+        }
+        let words = without_numbers_of_lines(&found.named.description);
         let (mut best, mut at) = (found, self.rows.clone());
         for _ in 0..MOST_MOVES {
             let moved = |[start, end]: [isize; 2]| {
@@ -138,7 +141,7 @@ impl Stretch {
                 let wrong = in_order(self.order.as_deref(), &rows);
                 let stretch =
                     Self { order: self.order.clone(), rows: rows.clone(), wrong, ..*self };
-                let change = stretch.change(files, index)?;
+                let change = stretch.change(files, &words)?;
                 Some((misfit_with(files, &change.edits)?, change, rows))
             };
             let tried = MOVES.into_par_iter().filter_map(moved);
@@ -154,9 +157,11 @@ impl Stretch {
         best
     }
 
-    fn change(&self, files: &Files, index: usize) -> Option<Hypothesis> {
+    /// The change of these rows that is said in the same words.
+    fn change(&self, files: &Files, words: &str) -> Option<Hypothesis> {
         let is_within = self.rows.len() >= self.of.fewest && self.rows.end <= self.n;
-        is_within.then(|| self.changes(files).into_iter().nth(index)).flatten()
+        let is_it = |change: &Hypothesis| without_numbers_of_lines(&change.description) == words;
+        is_within.then(|| self.changes(files).into_iter().find(is_it)).flatten()
     }
 
     /// One row further down or up, in reverse order, and neighbours exchanged.
@@ -312,9 +317,38 @@ impl Stretch {
 }
 
 /// Whether a design repeats what stands in some columns, which then was neither pasted nor filled down.
+/// A description of whatever lines.
+fn without_numbers_of_lines(description: &str) -> String {
+    let mut parts = description.split("line");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        let is_of_lines = |c: char| c.is_ascii_digit() || "s –,".contains(c);
+        text + part.trim_start_matches(is_of_lines)
+    })
+}
+
 fn is_repeated(table: &Table, columns: &[usize]) -> bool {
     let cells = |row: usize| columns.iter().map(move |column| table.cell(row, *column));
     let distinct: BTreeSet<Vec<&str>> =
         (0..table.n_rows()).map(|row| cells(row).collect()).collect();
     2 * distinct.len() <= table.n_rows()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn descriptions_of_other_lines_are_the_same_words() {
+        let said =
+            |lines: &str| format!("`f3_n` of log.csv is in kgf{lines}: multiply by 9.80665 there");
+        let words = without_numbers_of_lines(&said(" from line 23 to line 56"));
+        assert_eq!(without_numbers_of_lines(&said(" from line 22 to line 56")), words);
+        assert_ne!(
+            without_numbers_of_lines(&said(" from line 22 to line 56").replace('9', "8")),
+            words
+        );
+        let some = without_numbers_of_lines(&said(" in lines 4, 7–9"));
+        assert_eq!(without_numbers_of_lines(&said(" in lines 5, 8–11")), some);
+    }
 }

@@ -203,6 +203,17 @@ fn deviations_in_other_rows_than_they_were_read_in_are_put_back() {
     assert_eq!(first(&exchanged).0["effect"], "input:exchanged");
 }
 
+/// A bump at the middle target, met on the way up alone, would lie where the axis turns round, half on either side, with
+/// all rows some further on.
+#[test]
+fn what_one_way_meets_at_a_few_targets_is_no_shift_of_all_rows() {
+    let middle = 37.3 * 4.0 + 5.0;
+    let bump = |target: f64| 30.0 * (-((target - middle) / 40.0).powi(2)).exp();
+    let case = axis(|target, way, _| if way > 0.0 { bump(target) } else { 0.0 }, |way| way);
+    let answer = case.json("loop");
+    assert_ne!(answer["verdict"], "input-wrong", "{}", answer["steps"]);
+}
+
 /// What was read in inches on the way back, where no column says which way that was.
 #[test]
 fn readings_of_one_way_in_another_unit_are_named_without_a_column_of_directions() {

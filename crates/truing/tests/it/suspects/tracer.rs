@@ -62,6 +62,42 @@ fn one_displacement_of_the_opposite_sign_is_named_with_its_line() {
     assert!(ended.stderr.contains(said), "{}", ended.stderr);
 }
 
+/// Far from all others, and nothing can be fitted: no row of the few stations and reflectors is to blame.
+#[test]
+fn one_displacement_in_metres_is_named_with_its_line() {
+    let case = survey();
+    replace(&case, |n, read| read(n) * if n == 70 { 1e-3 } else { 1.0 });
+    let ended = case.run("loop");
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    let said = "the input looks wrong: 0.56356183 of `displacement_mm` in line 72 of ranges.csv (S1) has its decimal \
+                point in another place: it should be 563.56183";
+    assert!(ended.stderr.contains(said), "{}", ended.stderr);
+}
+
+#[test]
+fn displacements_of_the_opposite_sign_from_a_line_to_a_line_are_named() {
+    let case = survey();
+    replace(&case, |n, read| if (5..32).contains(&n) { -read(n) } else { read(n) });
+    let ended = case.run("loop");
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    let said =
+        "`displacement_mm` of ranges.csv has the opposite sign in lines 7–33: multiply by −1 there";
+    assert!(ended.stderr.contains(said), "{}", ended.stderr);
+}
+
+/// In the first step every reflector stands where the angle is zero, as often as at any other angle.
+#[test]
+fn zeros_that_are_one_of_the_angles_are_not_missing() {
+    let case = survey();
+    // The third station begins with what came last before it.
+    let third = |n: usize| (152..228).contains(&n);
+    replace(&case, |n, read| read(if third(n) && n > 152 { n - 1 } else { n }));
+    let ended = case.run("loop");
+    assert!(!ended.stderr.contains("written as zeros"), "{}", ended.stderr);
+    assert!(!ended.stdout.contains("written as zeros"), "{}", ended.stdout);
+    assert!((ended.stderr + &ended.stdout).contains("shifted one row down"));
+}
+
 /// The reflectors of one station under each other's names, in a circle: nothing can be fitted.
 #[test]
 fn reflectors_of_one_station_are_given_their_names_back() {
