@@ -1,4 +1,5 @@
 use super::hypothesis::{Hypothesis, listed, owned, present, stretches_of};
+use super::some_rows::{OPPOSITE, Rows};
 use crate::case::{Change, Edit, Table};
 use crate::measured::{Fitted, Observation};
 
@@ -62,14 +63,8 @@ pub(super) fn signs_of_the_fewer(
         if few.len() < FEWEST_LOST || !few.iter().all(is_among) || !lie_apart {
             return None;
         }
-        let lines: Vec<usize> = few.iter().map(|row| table.line(*row)).collect();
-        let description = format!(
-            "`{column}` of {file} has the opposite sign in lines {}: multiply by −1 there",
-            stretches_of(&lines)
-        );
-        let change = Change::Scale { columns: owned(&[column]), rows: Some(few), factor: -1.0 };
-        let edits = vec![Edit { file, change }];
-        Some(Hypothesis::of("input:sign", (file, &[column]), description, edits))
+        let rows = Rows { file, table, these: few };
+        Some(rows.scaled("input:sign", (&[column], OPPOSITE), -1.0))
     };
     columns.iter().filter_map(|column| of_column(column)).collect()
 }

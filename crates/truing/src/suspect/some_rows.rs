@@ -10,7 +10,7 @@ use crate::case::{Change, Edit, Table};
 /// Names of which every two may be exchanged, at most.
 const MOST_NAMES: usize = 8;
 
-const OPPOSITE: &str = "of the opposite sign";
+pub(super) const OPPOSITE: &str = "of the opposite sign";
 
 /// What may be wrong with the coordinates in one row.
 pub(super) fn changes_of_row(
