@@ -80,8 +80,7 @@ fn displacements_of_the_opposite_sign_from_a_line_to_a_line_are_named() {
     replace(&case, |n, read| if (5..32).contains(&n) { -read(n) } else { read(n) });
     let ended = case.run("loop");
     assert_eq!(ended.code, 3, "{}", ended.stderr);
-    let said =
-        "`displacement_mm` of ranges.csv has the opposite sign in lines 7–33: multiply by −1 there";
+    let said = "`displacement_mm` of ranges.csv is of the opposite sign from line 7 to line 33: multiply by -1 there";
     assert!(ended.stderr.contains(said), "{}", ended.stderr);
 }
 
