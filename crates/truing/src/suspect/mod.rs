@@ -60,6 +60,7 @@ pub(crate) use label::{
     Label, Part, labelled, labels_of, of_another_part, readings_of_each, readings_of_one,
 };
 pub use named::Suspect;
+pub(crate) use odd::median;
 pub(crate) use order::{
     blocks_shifted, copies, cycles, exchanged_blocks, exchanged_deviations, exchanged_rows,
     exchanged_targets, exchanges, farthest, names_of_one_exchanged, rows_shifted, rows_shifted_by,

@@ -92,7 +92,8 @@ fn among_neighbours(values: &[f64], row: usize) -> f64 {
     median(beside.filter(|other| *other != row).map(|other| values[other]).collect())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The middle of some numbers, of which there is one at least.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     f64::midpoint(values[(n - 1) / 2], values[n / 2])

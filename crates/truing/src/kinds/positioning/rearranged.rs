@@ -7,7 +7,7 @@ use super::directions::variation;
 use super::places::Places;
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
-use crate::suspect::Hypothesis;
+use crate::suspect::{Hypothesis, median};
 
 /// Times less that repeats scatter where their rows are put right.
 const TIDIER: f64 = 5.0;
@@ -136,13 +136,8 @@ fn rms(values: Vec<f64>) -> f64 {
 }
 
 /// Standard deviation of most of some values: the median of what they are off by, times what it is less of a normal law.
-fn typical(mut values: Vec<f64>) -> f64 {
+fn typical(values: Vec<f64>) -> f64 {
     const OF_A_NORMAL_LAW: f64 = 1.4826;
-    values.sort_by(f64::total_cmp);
-    let middle = values[values.len() / 2];
-    for value in &mut values {
-        *value = (*value - middle).abs();
-    }
-    values.sort_by(f64::total_cmp);
-    OF_A_NORMAL_LAW * values[values.len() / 2]
+    let middle = median(values.clone());
+    OF_A_NORMAL_LAW * median(values.into_iter().map(|value| (value - middle).abs()).collect())
 }
