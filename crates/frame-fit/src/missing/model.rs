@@ -130,9 +130,7 @@ impl<const D: usize> FrameModel<D> {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        let (drifts, elapsed) =
-            self.drift().map(|(drift, elapsed)| (vec![drift], elapsed)).unwrap_or_default();
-        Sought { drifts, elapsed, places, has_surface: false }
+        Sought { places, ..Sought::of_drifts(self.drift().into_iter()) }
     }
 
     /// The drift of the catalogue, and the time that had passed at each point.

@@ -36,7 +36,9 @@ impl Session {
         let first = self.first(model, elapsed).unwrap_or_default();
         let mut effect = along(even, &format!("from {first} on"), self.searched);
         "session-shift".clone_into(&mut effect.id);
-        let what = even.subject.as_deref().unwrap_or("everything");
+        // What is looked for only instead says in its subject what it moves besides.
+        let thing = even.subject.as_deref().filter(|_| !even.only_instead);
+        let what = thing.unwrap_or("everything");
         effect.description = format!(
             "{what} reads elsewhere from {first} on: the part, the machine or the instrument was \
              moved, or another session began"

@@ -84,7 +84,14 @@ impl Shown {
 /// that had passed, and places.
 type Look = fn(&dyn Model, &State, usize, &[f64], &[Option<Point3<f64>>]) -> Vec<Course>;
 
-impl Sought<'_> {
+impl<'a> Sought<'a> {
+    /// Courses of some effects that go on evenly, each with the time since the start, which is that of all.
+    #[must_use]
+    pub fn of_drifts(drifts: impl Iterator<Item = (usize, &'a [f64])>) -> Self {
+        let (drifts, elapsed): (Vec<usize>, Vec<&[f64]>) = drifts.unzip();
+        Self { drifts, elapsed: elapsed.first().copied().unwrap_or_default(), ..Self::default() }
+    }
+
     fn courses(&self, model: &dyn Model, at: &State, look: Look) -> Vec<(usize, Course)> {
         let of = |drift: &usize| look(model, at, *drift, self.elapsed, self.places);
         let each = self.drifts.iter().map(|drift| (*drift, of(drift)));

@@ -40,7 +40,7 @@ const MIN_ROWS: usize = 12;
 /// Leverage beyond which a reading has no residual of its own.
 const FOLLOWED: f64 = 0.95;
 
-/// Whether the noise alone may put a row as far off as the worst one of `observation`.
+/// Whether the noise alone may put a reading as far off as `observation`, all of its components together.
 ///
 /// The law of the noise is unknown: the normal one, or Student's t of any freedom, weighed by the
 /// likelihood of the other rows, none of which is a mistake or one in a hundred, and by how far their
@@ -60,9 +60,8 @@ pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) 
     let is_declared = lin.is_as_declared;
     let laws = weighed(&rest, farthest, is_declared);
     let n = count(own.len() + others.len()) / count(own.len());
-    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest, components.len())).powf(n);
-    let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
-    chance > if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED }
+    let least = if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED };
+    any_beyond(&laws, (farthest, components.len()), n) > least
 }
 
 /// Whether the noise of the readings that were fitted may put the farthest of `n` others, so many standard uncertainties
@@ -74,9 +73,14 @@ pub(crate) fn reaches(lin: &Linear<'_>, farthest: f64, n: f64) -> bool {
         return false;
     }
     let laws = weighed(&rows, farthest, lin.is_as_declared);
-    let any_beyond = |law: &Law| 1.0 - (1.0 - law.outside(farthest, 1)).powf(n);
-    let chance = laws.iter().map(|(law, weight)| weight * any_beyond(law)).sum::<f64>();
-    chance > if lin.is_as_declared { REACHED } else { REACHED_UNDECLARED }
+    let least = if lin.is_as_declared { REACHED } else { REACHED_UNDECLARED };
+    any_beyond(&laws, (farthest, 1), n) > least
+}
+
+/// Chance that any of `n` readings of so many components lies beyond `farthest`.
+fn any_beyond(laws: &[(Law, f64)], (farthest, components): (f64, usize), n: f64) -> f64 {
+    let of_law = |law: &Law| 1.0 - (1.0 - law.outside(farthest, components)).powf(n);
+    laws.iter().map(|(law, weight)| weight * of_law(law)).sum()
 }
 
 /// Least degrees of freedom for which the fourth moment is taken: below, it grows without bound, and with it how

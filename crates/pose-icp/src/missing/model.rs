@@ -200,10 +200,8 @@ impl PoseModel {
     fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
         let of_the_catalogue = self.terms.len() - self.shown.effects();
         let terms = self.terms[..of_the_catalogue].iter().enumerate();
-        let (drifts, elapsed): (Vec<usize>, Vec<&[f64]>) =
-            terms.filter_map(|(effect, term)| Some((effect, term.elapsed()?))).unzip();
-        let elapsed = elapsed.first().copied().unwrap_or_default();
-        Sought { drifts, elapsed, places: places_mm, has_surface: true }
+        let drifts = terms.filter_map(|(effect, term)| Some((effect, term.elapsed()?)));
+        Sought { places: places_mm, has_surface: true, ..Sought::of_drifts(drifts) }
     }
 
     /// The model with what its residual shows in the catalogue.
@@ -215,10 +213,7 @@ impl PoseModel {
             let Term::Drift { elapsed, axes } = &self.terms[*drift] else { continue };
             let is_timed = self.declared.effects[*drift].driver.is_some();
             let unit = if is_timed { "s" } else { "touches" };
-            let mut effect = course.effect(&self, *drift, elapsed, unit, ("µm", 1e3));
-            // Not what lies there, but where all of it does.
-            effect.description =
-                effect.description.replacen("sideways reads", "everything reads", 1);
+            let effect = course.effect(&self, *drift, elapsed, unit, ("µm", 1e3));
             let term = Term::Drift { elapsed: course.come(elapsed), axes: axes.clone() };
             self.declared.effects.push(effect);
             self.terms.push(term);

@@ -176,10 +176,8 @@ impl ProbeModel {
     fn sought<'a>(&'a self, places_mm: &'a [Option<Point3<f64>>]) -> Sought<'a> {
         let of_the_catalogue = self.terms.len() - self.shown.effects();
         let terms = self.terms[..of_the_catalogue].iter().enumerate();
-        let (drifts, elapsed): (Vec<usize>, Vec<&[f64]>) =
-            terms.filter_map(|(at, term)| Some((at, term.elapsed()?))).unzip();
-        let elapsed = elapsed.first().copied().unwrap_or_default();
-        Sought { drifts, elapsed, places: places_mm, has_surface: true }
+        let drifts = terms.filter_map(|(effect, term)| Some((effect, term.elapsed()?)));
+        Sought { places: places_mm, has_surface: true, ..Sought::of_drifts(drifts) }
     }
 
     /// The model with what its residual shows in the catalogue.

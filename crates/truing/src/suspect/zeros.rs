@@ -8,16 +8,6 @@ const FEWEST: usize = 2;
 /// The same of one column, which may go through zero.
 const FEWEST_OF_ONE: usize = 3;
 
-/// Whether a column of places that come again has 0 among them, no more often than half of the others.
-fn is_a_place_as_others(values: &[f64], n_zeros: usize) -> bool {
-    let mut others: Vec<f64> = values.iter().copied().filter(|value| *value != 0.0).collect();
-    others.sort_by(f64::total_cmp);
-    let mut times: Vec<usize> =
-        others.chunk_by(|a, b| a.total_cmp(b).is_eq()).map(<[f64]>::len).collect();
-    times.sort_unstable();
-    times.get(times.len() / 2).is_some_and(|&middle| middle >= n_zeros)
-}
-
 /// Readings that were not recorded and stand in the table as zeros.
 pub(crate) fn zeros(
     file: &'static str,
@@ -50,4 +40,14 @@ pub(crate) fn zeros(
     let edits = without(table, &rows);
     let found = Hypothesis::of("input:missing", (file, &there), description, edits);
     Some(Hypothesis { proof: Proof::Gross, ..found })
+}
+
+/// Whether a column of places that come again has 0 among them, no more often than half of the others come.
+fn is_a_place_as_others(values: &[f64], n_zeros: usize) -> bool {
+    let mut others: Vec<f64> = values.iter().copied().filter(|value| *value != 0.0).collect();
+    others.sort_by(f64::total_cmp);
+    let mut times: Vec<usize> =
+        others.chunk_by(|a, b| a.total_cmp(b).is_eq()).map(<[f64]>::len).collect();
+    times.sort_unstable();
+    times.get(times.len() / 2).is_some_and(|&middle| middle >= n_zeros)
 }

@@ -231,23 +231,21 @@ fn read_along(json: &Value, normal: [f64; 3]) -> f64 {
 /// What time and temperature add to one reading.
 fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
     let mut error = [0.0; 3];
+    let mut moved = |by: &Value, course: f64| {
+        for (k, axis) in AXES.iter().enumerate() {
+            error[k] += amplitude(by, axis) * 1e-3 * course;
+        }
+    };
     let drifts = [None, Some("sideways")].map(|whose| step(json, "drift", whose));
     for drift in drifts.into_iter().flatten() {
-        for (k, axis) in AXES.iter().enumerate() {
-            error[k] += amplitude(drift, axis) * 1e-3 * elapsed(table, row);
-        }
+        moved(drift, elapsed(table, row));
     }
     if let Some(drift) = step(json, "drift", Some("settling")) {
-        let course = settled(drift, elapsed(table, row), table.has("time_s"), table.rows());
-        for (k, axis) in AXES.iter().enumerate() {
-            error[k] += amplitude(drift, axis) * 1e-3 * course;
-        }
+        moved(drift, settled(drift, elapsed(table, row), table.has("time_s"), table.rows()));
     }
     for whose in ["", "sideways, "] {
         for shift in begun(json, ("session-shift", whose), table.texts("point"), row) {
-            for (k, axis) in AXES.iter().enumerate() {
-                error[k] += amplitude(shift, axis) * 1e-3;
-            }
+            moved(shift, 1.0);
         }
     }
     for (k, axis) in AXES.iter().enumerate() {

@@ -316,7 +316,6 @@ impl Stretch {
     }
 }
 
-/// Whether a design repeats what stands in some columns, which then was neither pasted nor filled down.
 /// A description of whatever lines.
 fn without_numbers_of_lines(description: &str) -> String {
     let mut parts = description.split("line");
@@ -327,6 +326,7 @@ fn without_numbers_of_lines(description: &str) -> String {
     })
 }
 
+/// Whether a design repeats what stands in some columns, which then was neither pasted nor filled down.
 fn is_repeated(table: &Table, columns: &[usize]) -> bool {
     let cells = |row: usize| columns.iter().map(move |column| table.cell(row, *column));
     let distinct: BTreeSet<Vec<&str>> =
