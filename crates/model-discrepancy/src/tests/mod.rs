@@ -7,6 +7,7 @@ pub(crate) mod global_test;
 pub(crate) mod groups_apart;
 pub(crate) mod hold_out;
 pub(crate) mod lack_of_fit;
+pub(crate) mod law;
 pub(crate) mod left_out;
 pub(crate) mod odd_group;
 pub(crate) mod odd_stretch;
