@@ -6,6 +6,7 @@ mod model;
 mod point;
 mod proposals;
 mod term;
+mod tip_effects;
 mod tip_model;
 mod with_effects;
 

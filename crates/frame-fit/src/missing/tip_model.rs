@@ -1,12 +1,12 @@
 //! Tip of a tool from poses, as the loop sees it.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
-    Row, Scope, State, resolution_of,
+    Course, Covariate, Declared, Group, Inside, Layout, Model, Parameter, Proposal, Quantity, Role,
+    Row, Shown, Sought, State, resolution_of,
 };
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
-use crate::missing::effects::TIME;
+use crate::missing::tip_effects::{Drifting, Term, catalogue, parameter};
 use crate::tip::{Design, place_mm};
 use crate::{FrameFitError, KnownDistance, TipFit, TipPose, fit_tip};
 
@@ -21,27 +21,13 @@ pub struct TipModel {
     start: DVector<f64>,
     declared: Declared,
     terms: Vec<Term>,
-    /// From −½ at the first pose to ½ at the last.
-    progress: Vec<f64>,
-}
-
-/// What an amplitude adds to a residual.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Term {
-    /// The base moves evenly, mm over the run.
-    Drift,
-    /// The tip sits elsewhere in the flange from this pose on, mm.
-    TipSlip(usize),
-    /// The tool bends under its weight across its axis, mm.
-    Sag,
-    /// One pose is off, mm.
-    BadPose(usize),
+    shown: Shown,
 }
 
 impl TipModel {
     /// Model of `poses`, in the order measured; `labels` name them, `groups` are left out together.
     ///
-    /// Of `covariates`, one value per pose, `time_s` drives the drift.
+    /// Of `covariates`, one value per pose, `time_s` drives the drifts.
     ///
     /// # Errors
     ///
@@ -68,20 +54,72 @@ impl TipModel {
         for (k, (_, place_mm)) in fit.places.iter().enumerate() {
             start.fixed_rows_mut::<3>(3 + 3 * k).copy_from(place_mm);
         }
-        let time = covariates.iter().find(|c| c.name == TIME).map(|c| c.values.as_slice());
-        let (effects, terms) = catalogue(&design, labels).into_iter().unzip();
+        let (effects, terms) = catalogue(&design, labels, covariates).into_iter().unzip();
         let layout = layout(&design, groups, fit.sigma_mm, sigma_mm.is_some());
-        Ok(Self {
+        let model = Self {
             declared: Declared {
                 resolution: resolution_of(poses.iter().flat_map(|p| p.position_mm.data.0[0])),
                 ..Declared::new(layout, base(&fit), effects)
             },
-            progress: progress(poses.len(), time),
             design,
             fit,
             start,
             terms,
-        })
+            shown: Shown::default(),
+        };
+        let places = model.places();
+        let shown = Shown::of(&model, &State::start(&model), &model.sought(&places));
+        Ok(model.with_shown(shown))
+    }
+
+    /// The model with the courses of its drifts that the residual shows beside what was found; `None`
+    /// where these are the ones that it has.
+    #[must_use]
+    pub fn about_found(&self, found: &State) -> Option<Self> {
+        let shown = self.shown.beside(self, found, &self.sought(&self.places()));
+        if shown == self.shown {
+            return None;
+        }
+        let mut plain = self.clone();
+        self.shown.take_off(&mut plain.declared, &mut plain.terms);
+        Some(plain.with_shown(shown))
+    }
+
+    /// Place that each pose touches, base frame.
+    fn places(&self) -> Vec<Option<Point3<f64>>> {
+        self.design.at.iter().map(|&place| Some(self.fit.places[place].1.into())).collect()
+    }
+
+    /// What is looked for in the residual.
+    fn sought<'a>(&'a self, places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
+        let drifts = self.terms.iter().enumerate().filter_map(|(index, term)| match term {
+            Term::Drift(_, elapsed) => Some((index, &**elapsed)),
+            _ => None,
+        });
+        Sought { places, ..Sought::of_drifts(drifts) }
+    }
+
+    /// The model with what its residual shows in the catalogue; a tip that is elsewhere all at once has slipped.
+    fn with_shown(mut self, mut shown: Shown) -> Self {
+        let drifting = |of: usize| match &self.terms[of] {
+            Term::Drift(what, elapsed) => Some((*what, elapsed.clone())),
+            _ => None,
+        };
+        let is_slip = |of: usize, course: &Course| {
+            let is_tip = drifting(of).is_some_and(|(what, _)| what == Drifting::Tip);
+            is_tip && matches!(course, Course::Session(_))
+        };
+        shown.courses.retain(|(of, course)| !is_slip(*of, course));
+        for (of, course) in &shown.courses {
+            let Term::Drift(what, elapsed) = self.terms[*of].clone() else { continue };
+            let is_timed = self.declared.effects[*of].driver.is_some();
+            let unit = if is_timed { "s" } else { "poses" };
+            let effect = course.effect(&self, *of, &elapsed, unit, ("mm", 1.0));
+            self.declared.effects.push(effect);
+            self.terms.push(Term::Drift(what, course.come(&elapsed)));
+        }
+        self.shown = shown;
+        self
     }
 
     /// Tip and places at the base parameters of a [`State`].
@@ -114,15 +152,16 @@ impl TipModel {
     }
 
     /// What a term adds to the residual of a pose, one column per amplitude.
-    fn columns(&self, term: Term, pose: usize) -> Option<DMatrix<f64>> {
+    fn columns(&self, term: &Term, pose: usize) -> Option<DMatrix<f64>> {
         let three = |m: Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
         let one = |v: Vector3<f64>| DMatrix::from_column_slice(3, 1, v.as_slice());
         let rotation = &self.design.rotations[pose];
         Some(match term {
-            Term::Drift => three(self.progress[pose] * Matrix3::identity()),
-            Term::TipSlip(from) if pose >= from => three(*rotation),
+            Term::Drift(Drifting::Places, come) => three(come[pose] * Matrix3::identity()),
+            Term::Drift(Drifting::Tip, come) => three(come[pose] * rotation),
+            Term::TipSlip(from) if pose >= *from => three(*rotation),
             Term::Sag => one(self.sag(rotation)),
-            Term::BadPose(bad) if pose == bad => three(Matrix3::identity()),
+            Term::BadPose(bad) if pose == *bad => three(Matrix3::identity()),
             Term::TipSlip(_) | Term::BadPose(_) => return None,
         })
     }
@@ -182,69 +221,6 @@ fn base(fit: &TipFit) -> Vec<Parameter> {
         .collect()
 }
 
-fn parameter(name: &str, unit: &str) -> Parameter {
-    let report_factor = if unit == "µm" { 1e3 } else { 1.0 };
-    Parameter { name: name.to_owned(), unit: unit.to_owned(), report_factor }
-}
-
-/// Share of the run that has passed, about its middle: by time where that is recorded.
-fn progress(n: usize, time: Option<&[f64]>) -> Vec<f64> {
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let order: Vec<f64> = (0..n).map(|i| i as f64).collect();
-    let values = time.unwrap_or(&order);
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let span = if high > low { high - low } else { 1.0 };
-    values.iter().map(|v| (v - low) / span - 0.5).collect()
-}
-
-/// Fewest poses on either side of a slip that is looked for.
-const FEWEST: usize = 3;
-
-/// A scale is not among them: of the measured positions, shrinking everything to nothing would
-/// explain the residual to the last digit; of the predicted ones, tip and places take it up.
-fn catalogue(design: &Design, labels: &[String]) -> Vec<(Effect, Term)> {
-    let axes = |unit: &str| ["x", "y", "z"].map(|axis| parameter(axis, unit)).to_vec();
-    let effect = |id: &str, subject: Option<&String>, text: &str, parameters: Vec<Parameter>| {
-        Effect { subject: subject.cloned(), ..Effect::new(id, text, parameters) }
-    };
-    // A tool that hangs or stands in every pose does not bend across its axis.
-    let sag = Effect {
-        scope: Scope::SomeDesigns,
-        ..effect(
-            "tool-sag",
-            None,
-            "the tool bends across its axis under its weight",
-            vec![parameter("sag of a level tool", "µm")],
-        )
-    };
-    let mut all = vec![
-        (
-            effect(
-                "drift",
-                None,
-                "machine and places move evenly against each other from the first pose to the last",
-                axes("mm"),
-            ),
-            Term::Drift,
-        ),
-        (sag, Term::Sag),
-    ];
-    let n = design.at.len();
-    let is_new = |i: &usize| design.at[*i] != design.at[i - 1];
-    for from in (FEWEST..(n + 1).saturating_sub(FEWEST)).filter(is_new) {
-        let subject = format!("from {} on", labels[from]);
-        let text = "the tip sits elsewhere in the flange from one pose on";
-        all.push((effect("tip-slip", Some(&subject), text, axes("mm")), Term::TipSlip(from)));
-    }
-    for (pose, label) in labels.iter().enumerate() {
-        let text = "one pose misses its place, unlike the others";
-        let one = effect("bad-pose", Some(label), text, axes("mm"));
-        all.push((Effect { scope: Scope::Observation(pose), ..one }, Term::BadPose(pose)));
-    }
-    all
-}
-
 impl Model for TipModel {
     fn declared(&self) -> &Declared {
         &self.declared
@@ -265,7 +241,7 @@ impl Model for TipModel {
                 continue;
             }
             for pose in 0..self.design.at.len() {
-                if let Some(columns) = self.columns(*term, pose) {
+                if let Some(columns) = self.columns(term, pose) {
                     let mut of_pose = residuals.rows_mut(3 * pose, 3);
                     of_pose -= columns * amplitude;
                 }
@@ -291,7 +267,7 @@ impl Model for TipModel {
     }
 
     fn tangent(&self, _at: &State, effect: usize) -> DMatrix<f64> {
-        let term = self.terms[effect];
+        let term = &self.terms[effect];
         if let Term::BadPose(_) = term {
             return -DMatrix::identity(3, 3);
         }

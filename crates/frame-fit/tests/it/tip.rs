@@ -1,7 +1,7 @@
 //! The tip of a tool from poses of the flange.
 
 use frame_fit::{FrameFitError, KnownDistance, TipModel, TipPose, fit_tip};
-use model_discrepancy::{State, Verdict, check_tangents, close_loop};
+use model_discrepancy::{Covariate, Quantity, State, Verdict, check_tangents, close_loop};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -145,5 +145,44 @@ fn a_tip_that_slipped_between_two_places_is_named() {
     // The residual shrinks by what the flange went back; five standard uncertainties.
     for (parameter, slip) in step.parameters.iter().zip([-0.15, 0.1, 0.0]) {
         assert!((parameter.value - slip).abs() < 5.0 * parameter.std, "{parameter:?}");
+    }
+}
+
+/// A spindle warms up while three places are touched in turn, four times over: the tool grows along
+/// its axis, evenly or until it comes to rest. What the flange is moved by is the growth, backwards.
+#[test]
+fn a_tool_that_grows_is_named_and_its_growth_found() {
+    const GROWTH_MM: f64 = 0.08;
+    const STEP_S: f64 = 30.0;
+    let options = model_discrepancy::Options { nested: false, ..Default::default() };
+    for (comes, subject) in
+        [((|t| t) as fn(f64) -> f64, "tip"), (|t: f64| 1.0 - (-6.0 * t).exp(), "tip, settling")]
+    {
+        let mut poses = poses(9, 3, 0.01);
+        let n = poses.len();
+        poses = (0..n).map(|i| poses[12 * (i % 3) + i / 3].clone()).collect();
+        for (i, pose) in poses.iter_mut().enumerate() {
+            let growth_mm = GROWTH_MM * comes(i as f64 / (n - 1) as f64);
+            pose.position_mm -= pose.rotation * Vector3::new(0.0, 0.0, growth_mm);
+        }
+        let labels = labels(&poses);
+        let time = Covariate::coordinate(
+            "time_s",
+            Quantity::Time,
+            (0..n).map(|i| STEP_S * i as f64).collect(),
+        );
+        let model =
+            TipModel::new(&poses, &labels, &labels, &[], Some(0.01), &[time.clone()]).unwrap();
+        let mut covariates = model.coordinates();
+        covariates.push(time);
+        let closure = close_loop(&model, &covariates, &options).unwrap();
+        assert_eq!(closure.verdict, Verdict::Explained, "{subject}");
+        assert_eq!(closure.steps.len(), 1, "{subject}: {:?}", closure.steps);
+        let step = &closure.steps[0];
+        assert_eq!((step.effect.as_str(), step.subject.as_deref()), ("drift", Some(subject)));
+        let whole = if subject == "tip" { STEP_S * (n - 1) as f64 / 3600.0 } else { 1.0 };
+        let along = &step.parameters[2];
+        let off = along.value * whole + GROWTH_MM;
+        assert!(off.abs() < 5.0 * along.std * whole, "{subject}: {along:?}");
     }
 }

@@ -15,7 +15,7 @@ use crate::case::{
 };
 use crate::estimates::Estimates;
 use crate::kinds::orientation::orientations;
-use crate::measured::{Fitted, Measured, Observation, Prepared, Reading, Words};
+use crate::measured::{About, Fitted, Measured, Observation, Prepared, Reading, Words};
 use crate::suspect::Yardstick;
 
 const KNOWN: &[&str] =
@@ -204,6 +204,22 @@ impl PoseCase {
         self.distances.iter().filter_map(contradiction).collect()
     }
 
+    fn prepared(&self, model: TipModel, covariates: Vec<Covariate>) -> Prepared<'_> {
+        let model = Arc::new(model);
+        let (of, at) = (Arc::clone(&model), Arc::clone(&model));
+        let estimates = Box::new(move |closure: &Closure| {
+            let (tip_mm, places) = of.at(&closure.state.base);
+            let residual = |row: usize, axis: usize| closure.residuals_after[3 * row + axis];
+            self.estimates((tip_mm, &places), &closure.covariance, residual)
+        });
+        let along = covariates.clone();
+        let about: About<'_> = Box::new(move |found| {
+            let there = at.about_found(&found.state);
+            Ok(there.map(|there| self.prepared(there, along.clone())))
+        });
+        Prepared { model, covariates, estimates, about: Some(about) }
+    }
+
     /// Recorded columns; known distances have the mean of each.
     fn recorded(&self, n_observations: usize) -> Vec<Covariate> {
         let padded = |c: &NumberColumn| {
@@ -251,14 +267,7 @@ impl Measured for PoseCase {
         .map_err(|e| self.error(e))?;
         let mut covariates = concrete.coordinates();
         covariates.extend(self.recorded(concrete.declared().layout.observations.len()));
-        let model = Arc::new(concrete);
-        let of = Arc::clone(&model);
-        let estimates = Box::new(move |closure: &Closure| {
-            let (tip_mm, places) = of.at(&closure.state.base);
-            let residual = |row: usize, axis: usize| closure.residuals_after[3 * row + axis];
-            self.estimates((tip_mm, &places), &closure.covariance, residual)
-        });
-        Ok(Prepared { model, covariates, estimates, about: None })
+        Ok(self.prepared(concrete, covariates))
     }
 
     fn yardstick(&self, _: &Fitted) -> Yardstick {
