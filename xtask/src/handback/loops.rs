@@ -108,7 +108,7 @@ pub(crate) fn comes_to_rest(step: &Value) -> bool {
     step["description"].as_str().expect("words").contains("τ = ")
 }
 
-/// How far what comes to rest has come: `elapsed` in hours where there is a time, else as a share of so
+/// How far what comes to rest has come, or how much of what comes to rest as declared is left: `elapsed` in hours where there is a time, else as a share of so
 /// many rows.
 pub(crate) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) -> f64 {
     let text = step["description"].as_str().expect("words");
@@ -119,8 +119,9 @@ pub(crate) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) ->
     let slower = slower.map_or(0.0, |share| 1e-2 * number(share));
     let passed = elapsed * if is_time { 3600.0 } else { crate::handback::as_f64(rows - 1) };
     let shares = [1.0 - slower, slower];
-    let come = |(constant, share): (&f64, f64)| share * (1.0 - (-passed / constant).exp());
-    constants.iter().zip(shares).map(come).sum()
+    let left = |(constant, share): (&f64, f64)| share * (-passed / constant).exp();
+    let left: f64 = constants.iter().zip(shares).map(left).sum();
+    if text.contains("1 − exp") { 1.0 - left } else { left }
 }
 
 /// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.

@@ -31,7 +31,7 @@ impl AxisRun<'_> {
                 courses.push((drift, course));
             }
         }
-        Shown { courses, ..Shown::default() }
+        Shown { courses: either_way(courses), ..Shown::default() }
     }
 
     /// The same beside what was found in a model whose rows are the readings, and whose last effects
@@ -57,7 +57,8 @@ impl AxisRun<'_> {
         let about = self.beside(base, all.iter().map(of).collect());
         let amplitudes = all.iter().map(|&effect| found.amplitudes[effect].clone()).collect();
         let found = State { amplitudes, ..State::start(&about) };
-        shown.beside(&about, &found, &sought(&self.elapsed(), &self.places()))
+        let shown = shown.beside(&about, &found, &sought(&self.elapsed(), &self.places()));
+        Shown { courses: either_way(shown.courses), ..shown }
     }
 
     /// The drift along these courses.
@@ -71,7 +72,7 @@ impl AxisRun<'_> {
         let along = |(_, course): &(usize, Course)| {
             let mut effect = course.effect(&model, 0, &elapsed, unit, self.motion.reported());
             // Zero and length have a unit each.
-            effect.parameters = self.growing(", in the end");
+            effect.parameters = self.growing(&format!(", {}", course.seen_in_full()));
             AxisTerm { effect, columns: self.grown(course.come(&elapsed)) }
         };
         shown.courses.iter().map(along).collect()
@@ -129,6 +130,21 @@ impl AxisRun<'_> {
     fn places(&self) -> Vec<Option<Point3<f64>>> {
         self.readings.iter().map(|r| Some(Point3::new(r.target, 0.0, 0.0))).collect()
     }
+}
+
+/// Courses that come to rest, away from zero and at zero: of the lines and means that they are looked for beside
+/// a zero is one, an axis has none of its own.
+fn either_way(courses: Vec<(usize, Course)>) -> Vec<(usize, Course)> {
+    let mut all: Vec<(usize, Course)> = Vec::with_capacity(2 * courses.len());
+    for (drift, course) in courses {
+        let both = std::iter::once(course).chain(course.the_other_way());
+        for one in both.map(|course| (drift, course)) {
+            if !all.contains(&one) {
+                all.push(one);
+            }
+        }
+    }
+    all
 }
 
 fn sought<'a>(elapsed: &'a [f64], places: &'a [Option<Point3<f64>>]) -> Sought<'a> {

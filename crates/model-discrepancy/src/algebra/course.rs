@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use crate::algebra::drifts::Drifts;
 use crate::algebra::looked_through::FALSE_ALARM;
 use crate::algebra::session::{Session, session_of};
-use crate::algebra::settling::{Settling, settling_of};
+use crate::algebra::settling::{Rest, Settling, settling_of};
 use crate::{Effect, Model, State};
 
 /// A course that the residual shows.
@@ -22,6 +22,24 @@ impl Course {
     #[must_use]
     pub fn come(&self, elapsed: &[f64]) -> Vec<f64> {
         elapsed.iter().map(|t| self.at(*t)).collect()
+    }
+
+    /// What comes to rest away from where it was declared, from what it was at first to that, or the other way.
+    #[must_use]
+    pub fn the_other_way(&self) -> Option<Self> {
+        match self {
+            Self::Settling(settling) => Some(Self::Settling(settling.the_other_way())),
+            Self::Session(_) => None,
+        }
+    }
+
+    /// When its amplitudes are seen in full.
+    #[must_use]
+    pub fn seen_in_full(&self) -> &'static str {
+        match self {
+            Self::Settling(settling) if settling.rests_as_declared() => "at first",
+            _ => "in the end",
+        }
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -42,7 +60,7 @@ impl Course {
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
     /// that had passed at each observation; its amplitudes, reported in a unit by a factor, are what it
-    /// comes to in the end.
+    /// comes to in the end, or what it was at first.
     #[must_use]
     pub fn effect(
         &self,
@@ -124,9 +142,15 @@ fn courses(
     let is_timed = even.driver.is_some();
     let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
     // Amplitudes that hardly show, and a time constant, fit whatever a few first readings do together.
-    let settling = (!even.only_instead).then(|| settling_of(&drifts, false_alarm)).flatten();
-    let settling = settling.map(Course::Settling);
-    let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
+    let rests: &[Rest] = match even.only_instead {
+        true => &[],
+        false if drifts.has_zero_of_its_own() => &[Rest::Away],
+        false => &[Rest::Away, Rest::AsDeclared],
+    };
+    let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, false_alarm));
+    let settling: Vec<Course> = settling.map(Course::Settling).collect();
+    let of_settling = settling.iter().map(|course| taken(&|t| course.at(t)));
+    let others: Vec<Option<f64>> = of_settling.chain([taken(&|t| t)]).collect();
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
     let session = session_of(&drifts, false_alarm)
         .filter(|s| is_timed || s.is_mixed(elapsed, places))

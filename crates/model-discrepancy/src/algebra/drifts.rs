@@ -9,6 +9,10 @@ use crate::{Effect, Model, State, whole_tangent};
 /// Fewer are readings far off, which have a name of their own.
 const MIN_SIDE: usize = 4;
 
+/// Share of the square of a shift by one amplitude that parameters leave which do not take it up: of the first reading,
+/// where no time has passed, more is left the fewer they are.
+const LEFT_OF_A_ZERO: f64 = 0.2;
+
 /// A residual in which drifts are looked for.
 pub(crate) struct Drifts<'a> {
     pub(crate) residual: LookedThrough,
@@ -49,6 +53,17 @@ impl<'a> Drifts<'a> {
     /// What the fitted parameters leave of the drift along a course.
     pub(crate) fn left_along(&self, course: impl Fn(f64) -> f64) -> DMatrix<f64> {
         self.residual.left_of(self.residual.whitened(self.along(course)))
+    }
+
+    /// Whether the fitted parameters leave hardly anything of one of the drift's amplitudes, the same at all times.
+    pub(crate) fn has_zero_of_its_own(&self) -> bool {
+        let whole = self.residual.whitened(self.along(|_| 1.0));
+        let left = self.left_along(|_| 1.0);
+        let is_left = |(left, whole): (_, _)| left > LEFT_OF_A_ZERO * whole;
+        let squares = |columns: &DMatrix<f64>| -> Vec<f64> {
+            columns.column_iter().map(|column| column.norm_squared()).collect()
+        };
+        !squares(&left).into_iter().zip(squares(&whole)).any(is_left)
     }
 
     /// Tangent of the drift along a course.

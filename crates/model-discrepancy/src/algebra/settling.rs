@@ -27,15 +27,24 @@ const SHOWN: f64 = 1e-9;
 /// Steps of the time constant once one is found, either way.
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
 
-/// A first-order course, `1 − exp(−t/τ)`: a spindle or a stand that warms up, a pad that sets; or two
-/// of them, a small part that is warm soon and a frame that follows.
+/// A first-order course: a spindle or a stand that warms up, a pad that sets; or two of them, a small part that is warm soon and a frame that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
+    rest: Rest,
     /// In the unit in which time is counted.
     time_constant: f64,
     slower: Option<Slower>,
     searched: usize,
     leaves_another: bool,
+}
+
+/// Where a drift comes to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rest {
+    /// Away from where it started, which was as declared: `1 − exp(−t/τ)`.
+    Away,
+    /// As declared, from where it started: `exp(−t/τ)`. Where a zero is fitted it is the same.
+    AsDeclared,
 }
 
 /// The slower of two courses.
@@ -57,7 +66,8 @@ impl Settling {
     /// Whether the time constants of another are no further off than a factor.
     pub(crate) fn is_like(&self, other: &Self, factor: f64) -> bool {
         let near = |a: f64, b: f64| a.max(b) <= factor * a.min(b);
-        near(self.time_constant, other.time_constant)
+        self.rest == other.rest
+            && near(self.time_constant, other.time_constant)
             && self.leaves_another == other.leaves_another
             && match (self.slower, other.slower) {
                 (Some(a), Some(b)) => near(a.time_constant, b.time_constant),
@@ -66,20 +76,32 @@ impl Settling {
             }
     }
 
-    /// How far it has come at a time since its start.
+    pub(crate) fn rests_as_declared(&self) -> bool {
+        self.rest == Rest::AsDeclared
+    }
+
+    /// The same drift from where it started to what was declared, or the other way.
+    pub(crate) fn the_other_way(&self) -> Self {
+        let rest = if self.rest == Rest::Away { Rest::AsDeclared } else { Rest::Away };
+        Self { rest, ..*self }
+    }
+
+    /// How far it is at a time since its start from where it was declared to be.
     pub(crate) fn come(&self, t: f64) -> f64 {
         let slower = self.slower.map(|s| (s.share, course(t, s.time_constant)));
         let (share, slow) = slower.unwrap_or((0.0, 0.0));
-        (1.0 - share) * course(t, self.time_constant) + share * slow
+        let come = (1.0 - share) * course(t, self.time_constant) + share * slow;
+        if self.rest == Rest::Away { come } else { 1.0 - come }
     }
 
     /// What a unit of each of its numbers adds to how far it has come: of its time constant, and of a
     /// slower course the time constant and the share.
     fn by_constant(&self, t: f64) -> Vec<f64> {
-        let fast = by_constant(t, self.time_constant);
+        let sign = if self.rest == Rest::Away { 1.0 } else { -1.0 };
+        let fast = sign * by_constant(t, self.time_constant);
         let Some(Slower { time_constant, share }) = self.slower else { return vec![fast] };
-        let more = course(t, time_constant) - course(t, self.time_constant);
-        vec![(1.0 - share) * fast, share * by_constant(t, time_constant), more]
+        let more = sign * (course(t, time_constant) - course(t, self.time_constant));
+        vec![(1.0 - share) * fast, share * sign * by_constant(t, time_constant), more]
     }
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
@@ -92,16 +114,21 @@ impl Settling {
         time_unit: &str,
     ) -> Effect {
         let even = &model.declared().effects[drift];
-        let mut effect = along(even, "settling", self.searched);
+        let (how, words) = match self.rest {
+            Rest::Away => ("settling", "and comes to rest: 1 − exp(−t/τ)"),
+            Rest::AsDeclared => (
+                "settling to zero",
+                "from what it was at first and comes to rest as declared: exp(−t/τ)",
+            ),
+        };
+        let mut effect = along(even, how, self.searched);
         effect.by_place = self.by_place(model, drift, elapsed);
         let slower = self.slower.map_or_else(String::new, |slower| {
             let Slower { time_constant, share } = slower;
             format!(", and {:.1} % of it with τ = {time_constant} {time_unit}", 100.0 * share)
         });
-        effect.description = format!(
-            "{} and comes to rest: 1 − exp(−t/τ), τ = {} {time_unit}{slower}",
-            even.description, self.time_constant
-        );
+        effect.description =
+            format!("{} {words}, τ = {} {time_unit}{slower}", even.description, self.time_constant);
         effect
     }
 
@@ -138,12 +165,13 @@ fn course(elapsed: f64, time_constant: f64) -> f64 {
 
 /// The time constant with which a drift takes most of the residual, and a second one where the first
 /// leaves what that takes; `None` where white noise might show one as clear.
-pub(crate) fn settling_of(drifts: &Drifts<'_>, false_alarm: f64) -> Option<Settling> {
+pub(crate) fn settling_of(drifts: &Drifts<'_>, rest: Rest, false_alarm: f64) -> Option<Settling> {
     let span = drifts.span();
-    let tried = |share: f64| drifts.explained(Settling::of(share * span, SHARES.len()));
+    let tried = |share: f64| drifts.explained(Settling::of(rest, share * span, SHARES.len()));
     let all = SHARES.iter().filter_map(|share| tried(*share));
     let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let moved = |s: &Settling, factor: f64| Settling::of(s.time_constant * factor, s.searched);
+    let moved =
+        |s: &Settling, factor: f64| Settling::of(rest, s.time_constant * factor, s.searched);
     let (most, best) = drifts.refined(best, &[&moved]);
     let columns = drifts.even.ncols();
     if !drifts.shows_constant(&best) {
@@ -152,16 +180,16 @@ pub(crate) fn settling_of(drifts: &Drifts<'_>, false_alarm: f64) -> Option<Settl
     if drifts.residual.p_value(most, columns) * count(SHARES.len()) > false_alarm {
         return None;
     }
-    Some(drifts.with_slower(span, most).unwrap_or_else(|| {
+    Some(drifts.with_slower(rest, span, most).unwrap_or_else(|| {
         let leaves_another = drifts.shows_another(&best, span, most);
         Settling { leaves_another, ..best }
     }))
 }
 
 impl Settling {
-    fn of(time_constant: f64, searched: usize) -> Self {
+    fn of(rest: Rest, time_constant: f64, searched: usize) -> Self {
         let time_constant = three_digits(time_constant);
-        Self { time_constant, slower: None, searched, leaves_another: false }
+        Self { rest, time_constant, slower: None, searched, leaves_another: false }
     }
 }
 
@@ -202,7 +230,7 @@ impl Drifts<'_> {
     }
 
     /// Two courses, where one leaves clearly more than they do.
-    fn with_slower(&self, span: f64, most: f64) -> Option<Settling> {
+    fn with_slower(&self, rest: Rest, span: f64, most: f64) -> Option<Settling> {
         let slower: Vec<f64> = SHARES.iter().chain(&SLOWER).copied().collect();
         let pairs: Vec<(f64, f64)> = (SHARES.iter())
             .flat_map(|fast| slower.iter().map(move |slow| (*fast, *slow)))
@@ -210,9 +238,9 @@ impl Drifts<'_> {
             .collect();
         let searched = pairs.len();
         let of_pair = |&(fast, slow): &(f64, f64)| {
-            let one = Settling::of(fast * span, searched);
+            let one = Settling::of(rest, fast * span, searched);
             let time_constant = three_digits(slow * span);
-            let share = self.share(&one, &Settling::of(time_constant, 1))?;
+            let share = self.share(&one, &Settling::of(rest, time_constant, 1))?;
             let two = Slower { time_constant, share };
             self.explained(Settling { slower: Some(two), ..one })
         };
@@ -246,7 +274,7 @@ impl Drifts<'_> {
     /// beside one that takes `most`.
     fn shows_another(&self, one: &Settling, span: f64, most: f64) -> bool {
         let explained = |share: &f64| {
-            let both = self.left_of_both(one, &Settling::of(share * span, 1));
+            let both = self.left_of_both(one, &Settling::of(one.rest, share * span, 1));
             self.residual.explained(&both)
         };
         let all = SHARES.iter().filter_map(explained).fold(most, f64::max);

@@ -1,7 +1,7 @@
 //! Drifts that come to rest, with one time constant and with two.
 
 use model_discrepancy::{
-    Course, LinearModel, Options, State, Verdict, clearest_courses, close_loop,
+    Course, LinearModel, Options, Parameter, State, Verdict, clearest_courses, close_loop,
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
@@ -111,4 +111,34 @@ fn two_levels_show_no_time_constant() {
     let data: Vec<f64> = late.iter().map(|t| 0.2 * t + normal(&mut rng)).collect();
     let model = scalars(&data, &[("drift", late.clone())]);
     assert_eq!(clearest_courses(&model, &State::start(&model), 0, &late, &[]), []);
+}
+
+/// What was off at first and comes to rest as declared has a size of its own where no zero is fitted; where one is, it
+/// cannot be told from a drift away from the declared value, and is not listed twice.
+#[test]
+fn a_drift_that_ends_as_declared_is_no_offset_and_a_drift_back() {
+    const AT_FIRST: f64 = 15.0;
+    let mut model = series(40, |t| AT_FIRST * (1.0 - course(t, 8.0)));
+    let courses = |model: &LinearModel| -> Vec<Course> {
+        let all = clearest_courses(model, &State::start(model), 0, &elapsed(), &[]);
+        all.into_iter().filter(|course| matches!(course, Course::Settling(_))).collect()
+    };
+    for settling in courses(&model) {
+        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
+        let come = settling.come(&elapsed()).into_iter().map(|c| -c).collect();
+        model.tangents.push(DMatrix::from_vec(N, 1, come));
+        model.declared.effects.push(effect);
+    }
+    let closure = close_loop(&model, &[], &Options::default()).unwrap();
+    let subjects: Vec<_> = closure.steps.iter().filter_map(|s| s.subject.as_deref()).collect();
+    assert_eq!(subjects, ["settling to zero"], "{:?}", closure.steps);
+    let size = &closure.steps[0].parameters[0];
+    assert!((size.value - AT_FIRST).abs() < 4.0 * size.std, "{size:?}");
+
+    let mut about = series(40, |t| AT_FIRST * (1.0 - course(t, 8.0)));
+    about.base = DMatrix::from_element(N, 1, 1.0);
+    about.declared.start = nalgebra::DVector::zeros(1);
+    about.declared.base.push(Parameter::new("zero", "mm", 1.0));
+    assert_eq!(courses(&about).len(), 1);
+    assert_eq!(courses(&about)[0].seen_in_full(), "in the end");
 }

@@ -281,7 +281,7 @@ fn edits_of(named: &[Hypothesis]) -> Vec<Edit> {
 
 /// Rounding that explains what is left, where no names of physics take most of it.
 fn rounded_beside(case: &Case, plain: &Plain, physics: &mut Option<Physics>) -> Option<Found> {
-    let found = rounded(&case.files, plain)?;
+    let found = rounded(&case.files, plain, &*case.measured)?;
     let physics = physics.get_or_insert_with(|| Physics::of(case));
     (!physics.names_most()).then_some(found)
 }

@@ -1,6 +1,8 @@
 //! Readings that were rounded to coarser steps than the declared noise: to round them once more leaves twice what
 //! was left.
 
+use std::collections::BTreeMap;
+
 use rand::SeedableRng;
 use rand::distr::{Distribution, Uniform};
 use rand_chacha::ChaCha8Rng;
@@ -10,7 +12,9 @@ use super::hypothesis::{Hypothesis, is_or_are, listed, present, stretches_of};
 use super::search::{Found, Plain, misfit_with};
 use super::unit::{Dimension, all_and_each};
 use crate::case::{Change, Edit, Table};
+use crate::count::count;
 use crate::kind::Files;
+use crate::measured::Measured;
 
 /// Rows that are looked at, at most: each draw costs a fit of all.
 const MOST_ROWS: usize = 20_000;
@@ -26,12 +30,16 @@ const TWICE: std::ops::Range<f64> = 1.6..2.8;
 /// be, or half as little, the others are not asked.
 const MANY_ROWS: usize = 400;
 const CLEARLY: f64 = 2.0;
+/// Share of the rows whose numbers come again, from which on these are asked, and the share of what they leave that is not
+/// the same each time.
+const AGAIN: f64 = 0.5;
+const HALF: f64 = 0.5;
 /// An error of a length that was read leaves as much at most: a step so many times less than what is left above the noise
 /// is no part of it.
 const FAR_FINER: f64 = 20.0;
 
 /// The columns of which rounding explains what is left above the declared noise.
-pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
+pub(super) fn rounded(files: &Files, plain: &Plain, measured: &dyn Measured) -> Option<Found> {
     let above = plain.misfit.above_noise()?;
     let of_readings = files.kind.readings.iter().flat_map(|of| {
         let samples = of.samples.iter().flat_map(|s| s.sets.iter().map(move |set| (s.file, set)));
@@ -62,9 +70,51 @@ pub(super) fn rounded(files: &Files, plain: &Plain) -> Option<Found> {
             explains(of, How::Rounded, above)
                 || in_the_middle().is_some_and(|left| explains(of, How::Truncated, left))
         };
-        of_set.find(is_it).map(|coarse| told((file, &table), &coarse))
+        of_set
+            .find(is_it)
+            .filter(|coarse| !scatters_where_it_comes_again(measured, &table, coarse))
+            .map(|coarse| told((file, &table), &coarse))
     });
     found.next().map(Found::unmended)
+}
+
+/// Whether rows of the same numbers in these columns scatter among each other as much as all: places that are told over and over
+/// with few digits are rounded in the same way every time.
+fn scatters_where_it_comes_again(
+    measured: &dyn Measured,
+    table: &Table,
+    coarse: &[Coarse<'_>],
+) -> bool {
+    let Some(fitted) = measured.fit().ok().filter(|f| f.observations.len() == table.n_rows())
+    else {
+        return false;
+    };
+    let places: Option<Vec<usize>> =
+        coarse.iter().map(|of| table.read_as(of.column).map(|(at, _)| at)).collect();
+    let Some(places) = places else { return false };
+    let mut of_number: BTreeMap<Vec<&str>, Vec<&[f64]>> = BTreeMap::new();
+    for (row, observation) in fitted.observations.iter().enumerate() {
+        let numbers = places.iter().map(|at| table.cell(row, *at)).collect();
+        of_number.entry(numbers).or_default().push(&observation.residual);
+    }
+    let again = of_number.into_values().filter(|rows| rows.len() > 1).collect::<Vec<_>>();
+    let n = count(again.iter().map(Vec::len).sum());
+    if n < AGAIN * count(table.n_rows()) {
+        return false;
+    }
+    let of_all =
+        |rows: &Vec<&[f64]>| rows.iter().flat_map(|r| r.iter()).map(|v| v * v).sum::<f64>();
+    let own = |rows: &Vec<&[f64]>| {
+        let components = 0..rows.iter().map(|row| row.len()).min().unwrap_or(0);
+        let of_mean = |k: usize| {
+            let mean = rows.iter().map(|row| row[k]).sum::<f64>() / count(rows.len());
+            count(rows.len()) * mean * mean
+        };
+        of_all(rows) - components.map(of_mean).sum::<f64>()
+    };
+    let share_of = count(again.len()) / n;
+    let within: f64 = again.iter().map(own).sum();
+    within > HALF * (1.0 - share_of) * again.iter().map(of_all).sum::<f64>()
 }
 
 /// How digits went: to the nearest number, or towards zero.

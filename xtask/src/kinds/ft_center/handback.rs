@@ -362,7 +362,7 @@ fn zero_moved(json: &Value, table: &Table, channels: &str, name: &str, share: f6
         let size = amplitude(step, name);
         match course {
             "" => size * share,
-            ", settling" => size * settled(step, share, false, 2),
+            ", settling" | ", settling to zero" => size * settled(step, share, false, 2),
             ", interrupted" => {
                 let words = step["description"].as_str().expect("words");
                 let poses = words.split("between poses ").nth(1).and_then(|w| w.split(',').next());

@@ -192,7 +192,8 @@ impl Touch<'_> {
                 read[k] += 1e-3 * amplitude(found, axis) * self.elapsed();
             }
         }
-        if let Some(found) = step(json, "drift", Some("machine, settling")) {
+        let settling = ["machine, settling", "machine, settling to zero"];
+        for found in settling.into_iter().filter_map(|of| step(json, "drift", Some(of))) {
             let (is_time, rows) = (self.table.has("time_s"), self.table.rows());
             let course = settled(found, self.elapsed(), is_time, rows);
             for (k, axis) in AXES.iter().enumerate() {

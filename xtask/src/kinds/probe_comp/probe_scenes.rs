@@ -18,6 +18,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "squareness",
     "drift [machine]",
     "drift [machine, settling]",
+    "drift [machine, settling to zero]",
     "temperature",
     "form [ellipsoid]",
     "form [lobes]",
@@ -56,6 +57,10 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("squareness", files(&with(Flaw::Squareness([4e-4, -3e-4, 2e-4])))),
         ("drift", files(&with(Flaw::Drift([0.008, -0.006, 0.01])))),
         ("settling", files(&with(Flaw::Settling([0.008, -0.006, 0.02], 0.08)))),
+        (
+            "settling-to-zero",
+            moved(&oblique, |_, share| scale((-share / 0.15).exp(), [0.02, -0.015, 0.03])),
+        ),
         ("temperature", files(&Session { record_air: true, flaw: Flaw::Growth(0.01), ..bowl })),
         ("form", files(&Session { flaw: Flaw::PartLobes(0.012), ..oblique })),
         ("ellipsoid", bent(&oblique, |[x, y, _]| 0.02 * (x * x - y * y + x * y))),
