@@ -86,21 +86,26 @@ pub(crate) fn subjects<'a>(json: &'a Value, id: &str) -> Vec<(&'a str, &'a Value
         .collect()
 }
 
-/// Accepted effects of an id that count from one of these readings on, of those that have begun at a row.
+/// Accepted effects of an id that count from one of these readings on, or to another, of those that count at a row.
 pub(crate) fn begun<'a>(
     json: &'a Value,
     (id, whose): (&str, &str),
     names: &[String],
     row: usize,
 ) -> Vec<&'a Value> {
-    let first = |subject: &str| {
-        let first = subject.strip_prefix(whose)?.strip_prefix("from ")?.strip_suffix(" on")?;
-        names.iter().position(|name| name == first)
+    let position = |name: &str| names.iter().position(|known| known == name);
+    let counts = |subject: &str| {
+        let when = subject.strip_prefix(whose)?.strip_prefix("from ")?;
+        match (when.strip_suffix(" on"), when.split_once(" to ")) {
+            (Some(first), _) => Some(row >= position(first)?),
+            (None, Some((first, last))) => {
+                Some((position(first)?..=position(last)?).contains(&row))
+            }
+            (None, None) => None,
+        }
     };
     let all = subjects(json, id).into_iter();
-    all.filter(|(subject, _)| first(subject).is_some_and(|first| row >= first))
-        .map(|(_, step)| step)
-        .collect()
+    all.filter(|(subject, _)| counts(subject) == Some(true)).map(|(_, step)| step).collect()
 }
 
 /// Whether a drift comes to rest, by its words.

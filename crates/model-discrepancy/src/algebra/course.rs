@@ -152,7 +152,13 @@ fn courses(
     let of_settling = settling.iter().map(|course| taken(&|t| course.at(t)));
     let others: Vec<Option<f64>> = of_settling.chain([taken(&|t| t)]).collect();
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
-    let session = session_of(&drifts, false_alarm)
+    // What comes and goes may be a part of what was measured wherever its readings do not lie among the others.
+    let may_end = |session: &Session| {
+        !places.is_empty()
+            && session.is_mixed(elapsed, places)
+            && session.comes_and_goes(model, elapsed)
+    };
+    let session = session_of(&drifts, false_alarm, may_end)
         .filter(|s| is_timed || s.is_mixed(elapsed, places))
         .map(Course::Session)
         .filter(|session| !best_alone || is_best(session));

@@ -1,8 +1,10 @@
 //! What a drift leaves in a residual along any course of time.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 
-use crate::algebra::looked_through::LookedThrough;
+use crate::algebra::looked_through::{LookedThrough, Sums};
 use crate::{Effect, Model, State, whole_tangent};
 
 /// Readings on either side of a break, at least: a level and a slope, and as many again to judge them.
@@ -88,22 +90,46 @@ impl<'a> Drifts<'a> {
     }
 
     /// What a shift by the drift's amplitudes from each of some ascending times on takes of the sum of
-    /// squares; `None` where the amplitudes depend on each other. All that comes after a time is summed
-    /// up once, from the last reading on, so that many times cost no more than one.
+    /// squares; `None` where the amplitudes depend on each other.
     pub(crate) fn explained_by_shifts(&self, ascending: &[f64]) -> Vec<Option<f64>> {
+        self.of_sums_after(ascending, Sums::explained)
+    }
+
+    /// The products of shifts from each of some ascending times on.
+    pub(crate) fn sums_after(&self, ascending: &[f64]) -> Vec<Sums> {
+        self.of_sums_after(ascending, Sums::clone)
+    }
+
+    /// All that comes after a time is summed up once, from the last reading on, so that many times cost no more than one.
+    fn of_sums_after<T>(&self, ascending: &[f64], of: impl Fn(&Sums) -> T) -> Vec<T> {
         let shift = self.residual.whitened(self.along(|_| 1.0));
         let passed = |row: usize| self.elapsed.get(self.observations[row]).copied().unwrap_or(0.0);
         let mut left: Vec<usize> = (0..shift.nrows()).collect();
         left.sort_by(|&a, &b| passed(a).total_cmp(&passed(b)));
         let mut after = self.residual.nothing(shift.ncols());
-        let mut of_each = vec![None; ascending.len()];
-        for (of, begins) in of_each.iter_mut().zip(ascending).rev() {
+        let mut of_each = Vec::with_capacity(ascending.len());
+        for begins in ascending.iter().rev() {
             while let Some(row) = left.pop_if(|row| passed(*row) > *begins) {
                 after.add(&self.residual, row, &shift);
             }
-            *of = after.explained();
+            of_each.push(of(&after));
         }
+        of_each.reverse();
         of_each
+    }
+
+    /// Share of what the drift takes along a course that it takes of one reading.
+    pub(crate) fn most_of_one_reading(&self, course: impl Fn(f64) -> f64) -> f64 {
+        let left = self.left_along(course);
+        let Some(amplitudes) = self.residual.amplitudes(&left) else { return 1.0 };
+        let mut of_each: BTreeMap<usize, f64> = BTreeMap::new();
+        let taken = &left * amplitudes;
+        let rows = self.residual.values().iter().zip(&taken);
+        for ((before, taken), &observation) in rows.zip(&self.observations) {
+            *of_each.entry(observation).or_default() += taken * (2.0 * before - taken);
+        }
+        let whole: f64 = of_each.values().sum();
+        of_each.values().copied().fold(0.0, f64::max) / whole
     }
 
     /// Times at which a drift may break off.

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::f_tail::chance_to_explain;
+use crate::count::count;
 use crate::{Model, Role, State, whole_tangent};
 
 /// Share of a column's length below which what is left of it is round-off.
@@ -114,6 +115,12 @@ impl LookedThrough {
         self.p_value_of_more(explained, columns, explained)
     }
 
+    /// Mean square of what is left for each degree of freedom, with so many columns that explain so much.
+    pub(crate) fn variance_beside(&self, explained: f64, columns: usize) -> f64 {
+        let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
+        (self.residual.norm_squared() - explained).max(0.0) / count(dof.max(1))
+    }
+
     /// Chance that white noise gives so many columns more as much, of all that is explained.
     pub(crate) fn p_value_of_more(&self, more: f64, columns: usize, explained: f64) -> f64 {
         let dof = self.residual.len().saturating_sub(self.basis.ncols() + columns);
@@ -124,6 +131,7 @@ impl LookedThrough {
 
 /// Products of columns that are zero but in some rows: with each other, with the basis, and with the
 /// residual.
+#[derive(Clone, Debug)]
 pub(crate) struct Sums {
     gram: DMatrix<f64>,
     across: DMatrix<f64>,
@@ -137,6 +145,15 @@ impl Sums {
         self.gram.ger(1.0, &values, &values, 1.0);
         self.across.ger(1.0, &of.basis.row(row).transpose(), &values, 1.0);
         self.score.axpy(of.residual[row], &values, 1.0);
+    }
+
+    /// The sums over those of its rows that are not in others.
+    pub(crate) fn less(&self, others: &Self) -> Self {
+        Self {
+            gram: &self.gram - &others.gram,
+            across: &self.across - &others.across,
+            score: &self.score - &others.score,
+        }
     }
 
     /// [`LookedThrough::explained`] of the columns.

@@ -126,3 +126,57 @@ fn amplitudes_are_those_of_the_drift() {
     );
     assert_eq!(course.come(&[29.0, 30.0, 75.0]), [0.0, 1.0, 1.0]);
 }
+
+/// Places that come in an order of their own, so that every session reads all over the place.
+fn scattered() -> Vec<Option<Point3<f64>>> {
+    (0..N).map(|i| Some(Point3::new((i * 37 % N) as f64, 0.0, 0.0))).collect()
+}
+
+fn subjects(model: &LinearModel, places: &[Option<Point3<f64>>]) -> Vec<String> {
+    let all = clearest_courses(model, &State::start(model), 0, &elapsed(), places);
+    let of = |course: &Course| course.effect(model, 0, &elapsed(), "s", ("mm", 1.0)).subject;
+    let sessions = all.iter().filter(|course| matches!(course, Course::Session(_)));
+    sessions.filter_map(of).collect()
+}
+
+#[test]
+fn a_session_in_between_has_its_first_and_its_last_reading() {
+    let within = |i: usize| begun(i, 20) - begun(i, 42);
+    for seed in 0..50 {
+        let model = series(3000 + seed, |i| 8.0 * within(i));
+        assert_eq!(subjects(&model, &scattered()), ["from 20 to 41"], "{seed}");
+        // Where it stands for a place, or nothing says where it stands, it is none.
+        for places in [Vec::new(), (0..N).map(|i| Some(Point3::new(i as f64, 0.0, 0.0))).collect()]
+        {
+            let all = subjects(&model, &places);
+            assert!(all.iter().all(|subject| subject.ends_with(" on")), "{seed}: {all:?}");
+        }
+    }
+}
+
+#[test]
+fn noise_hardly_ever_shows_a_session_in_between() {
+    let shown = |seed: &u64| !subjects(&series(*seed, |_| 0.0), &scattered()).is_empty();
+    assert!((0..SERIES).filter(shown).count() <= MOST_FALSE);
+}
+
+/// A reading far off takes its neighbours with it into a short session.
+#[test]
+fn one_reading_far_off_is_no_session_in_between() {
+    for seed in 0..50 {
+        let model = series(4000 + seed, |i| if i == 24 { 40.0 } else { 0.0 });
+        let all = subjects(&model, &scattered());
+        assert!(!all.iter().any(|subject| subject.contains(" to ")), "{seed}: {all:?}");
+    }
+}
+
+/// Of what stands elsewhere in one group alone no other group tells anything.
+#[test]
+fn one_group_elsewhere_is_no_session() {
+    let mut model = series(1, |i| 8.0 * (begun(i, 20) - begun(i, 40)));
+    for (i, group) in model.declared.layout.observations.iter_mut().enumerate() {
+        *group = i / 20;
+    }
+    let all = subjects(&model, &scattered());
+    assert!(all.iter().all(|subject| subject.ends_with(" on")), "{all:?}");
+}

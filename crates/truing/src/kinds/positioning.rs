@@ -36,7 +36,8 @@ use at_targets::{
     at_other_targets, coarser_than_noise, signs_lost, targets_as_deviations, thousands,
 };
 pub use axis_run::{AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate};
-use directions::{filled_directions, said_otherwise, said_ways, turned_directions, turned_sign};
+pub(crate) use directions::{filled_directions, turned_directions};
+use directions::{said_otherwise, said_ways, turned_sign};
 pub use estimates::{PositionResidual, PositioningEstimates};
 pub(crate) use form::positioning_form;
 use measured::PositioningCase;
@@ -307,7 +308,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let Some(columns) = pair(&table) else { return of_deviations(files, &table) };
     let table = Some(&table);
     let dimension = if columns[0] == "target_mm" { Dimension::Length } else { Dimension::Angle };
-    let turned = table.and_then(|table| turned_directions(table, columns[0]));
+    let turned = table.and_then(|table| turned_directions((POSITIONS, table), columns[0]));
     // Which of the two is mirrored the directions tell, where there are any.
     let mut all = match (table.is_some_and(|table| table.has(DIRECTION)), &turned) {
         (true, None) => signs(POSITIONS, table, &columns[1..]),
@@ -316,7 +317,7 @@ fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     };
     // Targets of the other sign contradict every direction.
     all.extend(turned.filter(|_| !table.is_some_and(|table| are_mirrored(table, columns))));
-    all.extend(table.and_then(|table| filled_directions(table, columns)));
+    all.extend(table.and_then(|table| filled_directions((POSITIONS, table), columns)));
     all.extend(table.and_then(|table| from_the_other_end(table, columns[0])));
     for column in &columns {
         all.extend(units(POSITIONS, table, &[*column], dimension));
@@ -402,10 +403,10 @@ fn of_deviations(files: &Files, table: &Table) -> Vec<Hypothesis> {
         // They are small beside the travel, however wrong they are: the data alone show it.
         let cut = channels(POSITIONS, Some(table), &columns[1..], without).into_iter();
         let cut = cut.filter(Hypothesis::is_shown_by_data).map(Hypothesis::certain);
-        let turned = turned_directions(table, columns[0]).into_iter();
+        let turned = turned_directions((POSITIONS, table), columns[0]).into_iter();
         let turned = turned.chain(exchanged_deviations(POSITIONS, table, columns));
         let ways = [
-            filled_directions(table, columns),
+            filled_directions((POSITIONS, table), columns),
             turned_sign(table, columns),
             targets_as_deviations((POSITIONS, table), columns),
         ];
@@ -476,7 +477,7 @@ fn from_the_other_end(table: &Table, target: &'static str) -> Option<Hypothesis>
     let change = Change::Replace { column: target.to_owned(), values };
     let mut edits = vec![Edit { file: POSITIONS, change }];
     if table.has(DIRECTION) {
-        edits.push(said_otherwise(&said_ways(table)?, |_| true));
+        edits.push(said_otherwise(POSITIONS, &said_ways(table)?, |_| true));
     }
     let description = format!(
         "`{target}` of {POSITIONS} is counted from the other end of the travel (reversed): take {} less each \

@@ -74,6 +74,12 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("drift-of-trigger", moved(&oblique, |touch, share| scale(0.03 * share, touch.approach))),
         ("session", moved(&oblique, |_, share| scale(later(share), [0.02, -0.03, 0.025]))),
         (
+            "session-in-between",
+            moved(&oblique, |_, share| {
+                scale(later(share) - later(share - 0.3), [0.02, -0.03, 0.025])
+            }),
+        ),
+        (
             "session-of-trigger",
             moved(&oblique, |touch, share| scale(0.03 * later(share), touch.approach)),
         ),

@@ -10,6 +10,7 @@ use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, mistakes_of_quaternion};
+use crate::kinds::positioning::{filled_directions, turned_directions};
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
@@ -130,8 +131,10 @@ fn presses_left_out(wrench: &Table, known: &Table, rows: &[bool]) -> Vec<Edit> {
 
 fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     let Ok(table) = files.folder.table(DISPLACEMENTS, &TRAVEL) else { return Vec::new() };
+    let of = (DISPLACEMENTS, &table);
+    let mut all: Vec<Hypothesis> = turned_directions(of, TRAVEL[1]).into_iter().collect();
+    all.extend(filled_directions(of, [TRAVEL[1], TRAVEL[0]]));
     let table = Some(&table);
-    let mut all = Vec::new();
     for column in TRAVEL {
         all.extend(units(DISPLACEMENTS, table, &[column], Dimension::Length));
     }

@@ -28,14 +28,21 @@ pub(super) fn said_ways(table: &Table) -> Option<Vec<Approach>> {
 }
 
 /// The other direction in some rows.
-pub(super) fn said_otherwise(said: &[Approach], is_other: impl Fn(usize) -> bool) -> Edit {
+pub(super) fn said_otherwise(
+    file: &'static str,
+    said: &[Approach],
+    is_other: impl Fn(usize) -> bool,
+) -> Edit {
     let sign = |(row, way): (usize, &Approach)| way.sign() * if is_other(row) { -1.0 } else { 1.0 };
     let values = said.iter().enumerate().map(sign).collect();
-    Edit { file: POSITIONS, change: Change::Replace { column: DIRECTION.to_owned(), values } }
+    Edit { file, change: Change::Replace { column: DIRECTION.to_owned(), values } }
 }
 
 /// Directions of which every one contradicts the way from the target before, or every one of some runs of rows.
-pub(super) fn turned_directions(table: &Table, target: &str) -> Option<Hypothesis> {
+pub(crate) fn turned_directions(
+    (file, table): (&'static str, &Table),
+    target: &str,
+) -> Option<Hypothesis> {
     let targets = table.numbers(target)?;
     let said = said_ways(table)?;
     let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
@@ -84,17 +91,18 @@ pub(super) fn turned_directions(table: &Table, target: &str) -> Option<Hypothesi
         }
     };
     let description = format!(
-        "`{DIRECTION}` of {POSITIONS} has the opposite sign: {which} was reached the other way than it says; \
+        "`{DIRECTION}` of {file} has the opposite sign: {which} was reached the other way than it says; \
          exchange +1 and -1 there"
     );
-    let edits = vec![said_otherwise(&said, |row| turned.iter().any(|run| run.contains(&row)))];
-    Some(Hypothesis::of("input:sign", (POSITIONS, &[DIRECTION]), description, edits).certain())
+    let edits =
+        vec![said_otherwise(file, &said, |row| turned.iter().any(|run| run.contains(&row)))];
+    Some(Hypothesis::of("input:sign", (file, &[DIRECTION]), description, edits).certain())
 }
 
 /// One direction in every row of an axis that went both ways, and reads otherwise from either side: of one that is
 /// come to from one side alone, wherever it goes next, the readings would agree.
-pub(super) fn filled_directions(
-    table: &Table,
+pub(crate) fn filled_directions(
+    (file, table): (&'static str, &Table),
     [target, read]: [&'static str; 2],
 ) -> Option<Hypothesis> {
     let said = said_ways(table)?;
@@ -110,13 +118,13 @@ pub(super) fn filled_directions(
         return None;
     }
     let description = format!(
-        "`{DIRECTION}` of {POSITIONS} stands still (filled down, or of another table): it says the same in every row, \
+        "`{DIRECTION}` of {file} stands still (filled down, or of another table): it says the same in every row, \
          while in {other} of them the target was come to from the other side, where the axis stops elsewhere; write down \
          how each was come to"
     );
     let turned = |row: usize| came[row] != first;
-    let edits = vec![said_otherwise(&said, turned)];
-    Some(Hypothesis::of("input:stuck", (POSITIONS, &[DIRECTION]), description, edits).certain())
+    let edits = vec![said_otherwise(file, &said, turned)];
+    Some(Hypothesis::of("input:stuck", (file, &[DIRECTION]), description, edits).certain())
 }
 
 /// Deviations of one direction that are, at every target, those of the other with the opposite sign, but for a reversal,
