@@ -100,3 +100,4 @@ pub use progress::Progress;
 pub use tests::global_test::{GlobalTest, chi2_interval, independent_share, lag_one};
 pub use tests::groups_apart::GROUP;
 pub use tests::lack_of_fit::{LackOfFit, lack_of_fit};
+pub use tests::tails::chance_as_far;

@@ -60,6 +60,19 @@ pub(crate) fn reaches(lin: &Linear<'_>, farthest: f64, n: f64) -> bool {
     any_beyond(&laws, (Seen { z: farthest, left: 1.0 }, 1), n) > least
 }
 
+/// Chance that noise of the law which `others` show puts any of as many numbers as far off as `farthest`: the normal law, or
+/// Student's t of any freedom, by its likelihood. Nought where there are too few to tell.
+#[must_use]
+pub fn chance_as_far(others: &[f64], farthest: f64) -> f64 {
+    let seen = |z: &f64| Seen { z: *z, left: 1.0 };
+    let rows: Vec<Seen> = others.iter().map(seen).collect();
+    let far = farthest.abs();
+    if rows.len() < MIN_ROWS || others.iter().all(|z| *z == 0.0) {
+        return 0.0;
+    }
+    any_beyond(&weighed(&rows, far, false), (seen(&far), 1), count(rows.len()))
+}
+
 /// Chance that any of `n` readings of so many components lies beyond `farthest`.
 fn any_beyond(laws: &[(Law, f64)], (farthest, components): (Seen, usize), n: f64) -> f64 {
     let of_law = |law: &Law| 1.0 - (1.0 - law.outside(farthest, components)).powf(n);

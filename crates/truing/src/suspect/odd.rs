@@ -59,13 +59,19 @@ pub(super) fn jumps(values: &[f64]) -> Vec<f64> {
     if values.is_empty() {
         return Vec::new();
     }
-    let off = (0..values.len()).map(|row| {
-        let [before, after] = from_beside(values, row);
-        f64::midpoint(before, after).abs()
-    });
+    let off = from_the_middle(values).into_iter().map(f64::abs);
     // A number that stands like both its neighbours does not jump, however still all others stand.
     let usual = median(off.collect()).max(f64::MIN_POSITIVE);
     heights(values).into_iter().map(|height| height / usual).collect()
+}
+
+/// How far each number of a record lies from the middle between that before and that after it.
+pub(super) fn from_the_middle(values: &[f64]) -> Vec<f64> {
+    let off = |row| {
+        let [before, after] = from_beside(values, row);
+        f64::midpoint(before, after)
+    };
+    (0..values.len()).map(off).collect()
 }
 
 /// A number less that before and that after it; at either end one is where the two next to it lead.

@@ -1,8 +1,10 @@
 //! Samples of a record that lie far from where all others do.
 
+use model_discrepancy::chance_as_far;
+
 use super::channel::rows_left_out;
 use super::hypothesis::{Hypothesis, lines_of, listed};
-use super::odd::{goes_on, heights, jumps};
+use super::odd::{from_the_middle, goes_on, heights, jumps};
 use super::order::farthest;
 use crate::case::Table;
 use crate::count::rms;
@@ -15,6 +17,9 @@ const MOST: usize = 5;
 /// tails like 1/x³.
 const APART: f64 = 4.0;
 const CLEARLY_APART: f64 = 6.0;
+/// Chance of noise below which a sample is a spike, and above which it may be none: once in a thousand records, and in 250.
+const NO_NOISE: f64 = 1e-3;
+const MAY_BE_NOISE: f64 = 4e-3;
 /// Times by which one sample is farther off than any other where a channel says the same.
 const FARTHER: f64 = 2.0;
 
@@ -53,7 +58,12 @@ pub(crate) fn spikes(
     let far = far_apart(fitted).or_else(of_left).or_else(one)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
+    let of_noise = chance_of_noise(&left, &far);
+    if of_noise.is_some_and(|chance| chance > MAY_BE_NOISE) {
+        return None;
+    }
     let are_clear = stands_out(&left, &far)
+        || of_noise.is_some_and(|chance| chance <= NO_NOISE)
         || jumping.is_some_and(|name| {
             far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
                 || alone(&name, &far)
@@ -99,6 +109,16 @@ fn stands_out(left: &[f64], rows: &[usize]) -> bool {
     let heights = heights(left);
     let usual = rms(elsewhere(left, rows));
     jumps_there_alone(left, rows) && rows.iter().all(|row| heights[*row] >= APART * usual)
+}
+
+/// Chance that noise of the law which all others show puts any as far from the middle of both beside it as the least of
+/// these rows; `None` where one of them lies between both.
+fn chance_of_noise(left: &[f64], rows: &[usize]) -> Option<f64> {
+    let off = from_the_middle(left);
+    let heights = heights(left);
+    let others: Vec<f64> = elsewhere(&off, rows).collect();
+    let least = rows.iter().map(|row| off[*row].abs()).fold(f64::INFINITY, f64::min);
+    rows.iter().all(|row| heights[*row] > 0.0).then(|| chance_as_far(&others, least))
 }
 
 /// The values of all rows but these and those beside them.
