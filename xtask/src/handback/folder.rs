@@ -106,3 +106,11 @@ impl Table {
         self.columns.values().next().map_or(0, Vec::len)
     }
 }
+
+/// A table with one column more.
+pub(crate) fn with_column(table: &str, name: &str, cells: impl Iterator<Item = String>) -> String {
+    let column = std::iter::once(name.to_owned()).chain(cells);
+    let rows: Vec<String> =
+        table.lines().zip(column).map(|(row, cell)| [row, &cell].join(",")).collect();
+    rows.join("\n") + "\n"
+}

@@ -172,7 +172,8 @@ fn a_tool_that_grows_is_named_and_its_growth_found() {
             (0..n).map(|i| STEP_S * i as f64).collect(),
         );
         let model =
-            TipModel::new(&poses, &labels, &labels, &[], Some(0.01), &[time.clone()]).unwrap();
+            TipModel::new(&poses, &labels, &labels, &[], Some(0.01), std::slice::from_ref(&time))
+                .unwrap();
         let mut covariates = model.coordinates();
         covariates.push(time);
         let closure = close_loop(&model, &covariates, &options).unwrap();

@@ -60,14 +60,14 @@ pub(crate) fn reaches(lin: &Linear<'_>, farthest: f64, n: f64) -> bool {
     any_beyond(&laws, (Seen { z: farthest, left: 1.0 }, 1), n) > least
 }
 
-/// Chance that noise of the law which `others` show puts any of as many numbers as far off as `farthest`: the normal law, or
-/// Student's t of any freedom, by its likelihood. Nought where there are too few to tell.
+/// Chance that noise of the law which these residuals show puts any of as many as far off as `farthest_residual`, one beside
+/// them in their unit: the normal law, or Student's t of any freedom, by its likelihood. Nought where they are too few to tell.
 #[must_use]
-pub fn chance_as_far(others: &[f64], farthest: f64) -> f64 {
+pub fn chance_as_far(residuals: &[f64], farthest_residual: f64) -> f64 {
     let seen = |z: &f64| Seen { z: *z, left: 1.0 };
-    let rows: Vec<Seen> = others.iter().map(seen).collect();
-    let far = farthest.abs();
-    if rows.len() < MIN_ROWS || others.iter().all(|z| *z == 0.0) {
+    let rows: Vec<Seen> = residuals.iter().map(seen).collect();
+    let far = farthest_residual.abs();
+    if rows.len() < MIN_ROWS || residuals.iter().all(|z| *z == 0.0) {
         return 0.0;
     }
     any_beyond(&weighed(&rows, far, false), (seen(&far), 1), count(rows.len()))

@@ -6,6 +6,8 @@ use super::entry::{AXES, Entry, Setting, entry, parameter};
 use super::measured::MeasuredTouch;
 use super::term::{Term, WaysFrom};
 
+/// The column that says which way each touch was made.
+const DIRECTION: &str = "direction";
 /// Mean square of a normal's component from which the reversal of that axis can be told: the touches
 /// see a thirtieth of it. A screw's play of 30 µm shows as 1 µm, and what shows and has no name is
 /// named after something else: along a slope, as a scale of that axis.
@@ -17,8 +19,8 @@ const EACH_WAY: usize = 5;
 const STILL_MM: f64 = 0.02;
 
 /// Half of what an axis reads more when it came from below than when it came from above: by the touch
-/// before, as where a part is touched along one axis and the others stand, and by the approach, as
-/// where the ball comes along the normal.
+/// before, as where a part is touched along one axis and the others stand, by the approach, as
+/// where the ball comes along the normal, and by a recorded direction, as of lines that are measured to and fro.
 ///
 /// One candidate per axis, as play is a matter of one screw, and one of all axes: along the normal x and
 /// y together look like a shorter vertex radius, and neither of them alone like anything.
@@ -46,6 +48,10 @@ pub(super) fn reversals(setting: &Setting<'_>) -> Vec<Entry> {
     };
     let mut entries = by(between, WaysFrom::TouchBefore);
     entries.extend(by(along, WaysFrom::Approach));
+    if let Some(recorded) = setting.covariates.iter().find(|c| c.name == DIRECTION) {
+        let ways = recorded.values.iter().map(|value| Vector3::repeat(sign(*value))).collect();
+        entries.extend(by(ways, WaysFrom::Column));
+    }
     entries
 }
 
@@ -60,10 +66,14 @@ fn reversal(of: &[usize], axes: &[usize], ways: &[Vector3<f64>], ways_from: Ways
     let text = match ways_from {
         WaysFrom::TouchBefore => "otherwise after a way from the touch before to the other side",
         WaysFrom::Approach => "otherwise where the ball comes along the normal from the other side",
+        WaysFrom::Column => {
+            "otherwise where the touches were made the other way, as `direction` says"
+        }
     };
     let by = match ways_from {
         WaysFrom::TouchBefore => "by touch",
         WaysFrom::Approach => "by approach",
+        WaysFrom::Column => "by direction",
     };
     // An effect that nothing shows keeps its names.
     let shown = if axes.is_empty() { of } else { axes };

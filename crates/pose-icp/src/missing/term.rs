@@ -38,6 +38,8 @@ pub(crate) enum WaysFrom {
     TouchBefore,
     /// The approach: the ball comes along the normal, with all axes moving.
     Approach,
+    /// A recorded column, which has one sign for a way there and the other for the way back.
+    Column,
 }
 
 /// Where and how a touch was made.

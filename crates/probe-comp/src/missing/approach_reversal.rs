@@ -8,7 +8,7 @@ use crate::nominal::NominalFoot;
 
 /// Touches from either side of an axis from which its reversal can be told: of fewer, which side each came
 /// from is a pattern that the part may have as well.
-const EACH_WAY: usize = 5;
+pub(super) const EACH_WAY: usize = 5;
 /// Standard uncertainties from which on it is seen beside all that is smooth, and from which on it may be there instead of
 /// several of these.
 const SEEN: f64 = 3.0;

@@ -6,7 +6,7 @@
 use model_discrepancy::{Covariate, Effect, Parameter, Quantity, Role, Scope};
 use nalgebra::{Unit, Vector3};
 
-use super::approach_reversal::reversed_axes;
+use super::approach_reversal::{EACH_WAY, reversed_axes};
 use super::columns::{REFERENCE_C, TIME, as_f64, feed};
 use super::form::{Form, FormScale};
 use super::measured::MeasuredTouch;
@@ -27,6 +27,8 @@ const GROSS_SCALE: f64 = 1e-3;
 const NO_MACHINE: f64 = 1e-2;
 /// No probe that triggers at all gives way by more, or travels farther until it does.
 const NO_PROBE_MM: f64 = 0.5;
+/// The column that says which way each touch was made.
+const DIRECTION: &str = "direction";
 /// What a touch can show at all.
 const SEEN_MM: f64 = 1e-3;
 
@@ -201,6 +203,7 @@ fn machine(setting: &Setting<'_>) -> Vec<Entry> {
     let shown = axes_beyond(SHOWN, setting);
     let reversed = reversed_axes(&shown, (setting.feet, setting.approaches), forms);
     entries.extend(reversed.into_iter().map(approach_reversal));
+    entries.extend(shown.iter().filter_map(|axis| column_reversal(setting, *axis)));
     entries
 }
 
@@ -239,6 +242,28 @@ fn approach_reversal((axis, only_instead): (usize, bool)) -> Entry {
         .about(&format!("{name}, by approach"));
     entry.effect.only_instead = only_instead;
     entry
+}
+
+/// The same of one axis, where a recorded direction has touches of either sign, as of lines that are measured to and fro.
+fn column_reversal(setting: &Setting<'_>, axis: usize) -> Option<Entry> {
+    let recorded = setting.covariates.iter().find(|c| c.name == DIRECTION)?;
+    let ways: Vec<f64> = recorded.values.iter().map(|v| sign(*v)).collect();
+    let either_way = |way: f64| ways.iter().filter(|w| **w * way > 0.0).count();
+    if either_way(1.0).min(either_way(-1.0)) < EACH_WAY {
+        return None;
+    }
+    let name = AXES[axis];
+    let text = format!(
+        "the machine's {name} axis reads otherwise where the touches were made the other way, as `{DIRECTION}` says"
+    );
+    let term = Term::ColumnReversal { axis, ways };
+    let about = format!("{name}, by direction");
+    Some(entry("reversal", &text, vec![micrometres(name)], term).about(&about))
+}
+
+/// The sign of a value; none of zero.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
 }
 
 /// Axes along which the touches show more than this mean square of a motion.

@@ -22,6 +22,8 @@ pub(crate) enum Term {
     Reversal { ways: Vec<Vector3<f64>>, axes: Vec<usize> },
     /// The same of one axis, on the side that the ball came from along the approach.
     ApproachReversal { axis: usize },
+    /// The same of one axis, on the side that a recorded column says, one sign for either.
+    ColumnReversal { axis: usize, ways: Vec<f64> },
     /// The machine is read late: it has moved on by this time's travel.
     Latency { speed_mm_per_s: Vec<f64> },
     /// The workpiece frame lies beside where it is declared, along the axes in `axes`.
@@ -131,6 +133,7 @@ impl Term {
                 let way = approach[*axis];
                 vec![Vector3::ith(*axis, if way == 0.0 { 0.0 } else { way.signum() })]
             }
+            Self::ColumnReversal { axis, ways } => vec![Vector3::ith(*axis, value(ways))],
             Self::Latency { speed_mm_per_s } => vec![approach * value(speed_mm_per_s)],
             Self::Shift { axes } => axes.iter().map(|&axis| Vector3::ith(axis, 1.0)).collect(),
             Self::Turn { about_mm, axes } => {

@@ -255,6 +255,9 @@ fn passing_error(json: &Value, table: &Table, row: usize) -> [f64; 3] {
             [alone, together].into_iter().flatten().map(|found| amplitude(found, axis) * 1e-3).sum()
         };
         error[k] += size("touch") * way(table, row, k) + size("approach") * way_along(json, row, k);
+        if table.has("direction") {
+            error[k] += size("direction") * table.numbers("direction")[row].signum();
+        }
     }
     if let Some((growth, excess_k)) = temperature(json, table, row) {
         for (k, axis) in AXES.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Small sessions with a mirror in which every effect on a pose is accepted at least once.
 
+use crate::handback::folder::with_column;
 use crate::kinds::pose_icp::mirror::{Flaw, Mirror, simulate};
 
 /// Ids with subjects that have a formula of their own; `focus` and `rotation` take parts that are
@@ -21,6 +22,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "reversal [x, by approach]",
     "reversal [y, by touch]",
     "reversal [by approach]",
+    "reversal [x, by direction]",
     "drift",
     "drift [settling]",
     "session-shift [sideways, from P41 on]",
@@ -81,6 +83,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
             ),
         ),
         ("play-between", files(&Mirror { flaw: Flaw::PlayBetween(1, -8e-3), ..steep.clone() }, "")),
+        ("to-and-fro", to_and_fro(files(&steep, ""))),
         ("drift", files(&with(Flaw::Drift(0.012)), "")),
         ("settling", files(&with(Flaw::Settling(0.02, 0.08)), "")),
         ("clamped-anew", files(&with(Flaw::Clamped(40, [0.3, -0.2, 0.1])), "")),
@@ -90,6 +93,28 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ("decentre", held(Flaw::None, "\"x\", \"y\"", [0.03, -0.02, 0.0, 0.0])),
         ("tilt", held(Flaw::None, "\"alpha\", \"beta\"", [0.0, 0.0, 0.0, 0.02])),
     ]
+}
+
+/// The same with readings of x that are off by 12 µm one way and by as much the other, in turns of five, and a column that
+/// says which.
+fn to_and_fro(mut files: Files) -> Files {
+    const HALF_MM: f64 = 0.012;
+    let table = files.iter_mut().find(|(name, _)| *name == "points.csv");
+    let (_, text) = table.expect("a table of touches");
+    let way = |index: usize| if index % 10 < 5 { 1.0 } else { -1.0 };
+    let x = text.lines().next().and_then(|row| row.split(',').position(|name| name == "x_mm"));
+    let x = x.expect("a column");
+    let moved = text.lines().enumerate().map(|(line, row)| {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        if let (Some(index), Ok(read)) = (line.checked_sub(1), cells[x].parse::<f64>()) {
+            cells[x] = format!("{:.6}", read + way(index) * HALF_MM);
+        }
+        cells.join(",")
+    });
+    let moved: Vec<String> = moved.collect();
+    let directions = (1..moved.len()).map(|line| way(line - 1).to_string());
+    *text = with_column(&moved.join("\n"), "direction", directions);
+    files
 }
 
 fn files(mirror: &Mirror, more: &str) -> Files {

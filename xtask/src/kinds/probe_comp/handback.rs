@@ -200,6 +200,11 @@ impl Touch<'_> {
                 read[k] += 1e-3 * amplitude(found, axis) * course;
             }
         }
+        for (k, axis) in AXES.iter().enumerate() {
+            if let Some(found) = step(json, "reversal", Some(&format!("{axis}, by direction"))) {
+                read[k] += 1e-3 * amplitude(found, axis) * self.number("direction").signum();
+            }
+        }
         let names = self.table.texts("touch");
         for found in begun(json, ("session-shift", "trigger, "), names, self.row) {
             read = add(read, scale(1e-3 * amplitude(found, "travel"), approach));

@@ -2,6 +2,7 @@
 
 use crate::generators::vector::{add, cross, scale};
 use crate::handback::as_f64;
+use crate::handback::folder::with_column;
 use crate::kinds::probe_comp::probe::{Flaw, Session, Shape, Touch, simulate};
 use crate::kinds::probe_comp::probe_tables::{case_toml, touches_csv};
 
@@ -32,6 +33,7 @@ pub(crate) const EFFECTS: &[&str] = &[
     "drift [trigger]",
     "session-shift [machine, from",
     "session-shift [trigger, from",
+    "reversal [x, by direction]",
     "bad-point",
 ];
 
@@ -83,6 +85,7 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
             "session-of-trigger",
             moved(&oblique, |touch, share| scale(0.03 * later(share), touch.approach)),
         ),
+        ("to-and-fro", to_and_fro(&oblique, [0.015, 0.0, 0.0])),
         ("bad-point", files(&with(Flaw::BadPoint(5, 0.02)))),
     ]
 }
@@ -108,6 +111,21 @@ fn moved(session: &Session, by: fn(&Touch, f64) -> [f64; 3]) -> Files {
         touch.read_mm = add(touch.read_mm, by(touch, as_f64(index) / last));
     }
     of_touches(session, &touches)
+}
+
+/// Readings that are off by this one way and by as much the other, in turns of four, and a column that says which.
+fn to_and_fro(session: &Session, half_mm: [f64; 3]) -> Files {
+    let way = |index: usize| if index % 8 < 4 { 1.0 } else { -1.0 };
+    let mut touches = simulate(session);
+    for (index, touch) in touches.iter_mut().enumerate() {
+        touch.read_mm = add(touch.read_mm, scale(way(index), half_mm));
+    }
+    let directions = (0..touches.len()).map(|index| way(index).to_string());
+    let mut files = of_touches(session, &touches);
+    for (_, text) in files.iter_mut().filter(|(name, _)| *name == "touches.csv") {
+        *text = with_column(text, "direction", directions.clone());
+    }
+    files
 }
 
 /// Nought in the first two fifths of a session, one from then on.
