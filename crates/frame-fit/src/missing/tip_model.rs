@@ -69,6 +69,7 @@ impl TipModel {
         };
         let places = model.places();
         let shown = Shown::of(&model, &State::start(&model), &model.sought(&places));
+        let shown = model.without_slips(shown);
         Ok(model.with_shown(shown))
     }
 
@@ -77,6 +78,7 @@ impl TipModel {
     #[must_use]
     pub fn about_found(&self, found: &State) -> Option<Self> {
         let shown = self.shown.beside(self, found, &self.sought(&self.places()));
+        let shown = self.without_slips(shown);
         if shown == self.shown {
             return None;
         }
@@ -92,24 +94,23 @@ impl TipModel {
 
     /// What is looked for in the residual.
     fn sought<'a>(&'a self, places: &'a [Option<Point3<f64>>]) -> Sought<'a> {
-        let drifts = self.terms.iter().enumerate().filter_map(|(index, term)| match term {
+        let catalogue = &self.terms[..self.terms.len() - self.shown.effects()];
+        let drifts = catalogue.iter().enumerate().filter_map(|(index, term)| match term {
             Term::Drift(_, elapsed) => Some((index, &**elapsed)),
             _ => None,
         });
         Sought { places, ..Sought::of_drifts(drifts) }
     }
 
-    /// The model with what its residual shows in the catalogue; a tip that is elsewhere all at once has slipped.
-    fn with_shown(mut self, mut shown: Shown) -> Self {
-        let drifting = |of: usize| match &self.terms[of] {
-            Term::Drift(what, elapsed) => Some((*what, elapsed.clone())),
-            _ => None,
-        };
-        let is_slip = |of: usize, course: &Course| {
-            let is_tip = drifting(of).is_some_and(|(what, _)| what == Drifting::Tip);
-            is_tip && matches!(course, Course::Session(_))
-        };
-        shown.courses.retain(|(of, course)| !is_slip(*of, course));
+    /// A tip that is elsewhere all at once has slipped, which the catalogue has.
+    fn without_slips(&self, mut shown: Shown) -> Shown {
+        let is_tip = |of: usize| matches!(self.terms[of], Term::Drift(Drifting::Tip, _));
+        shown.courses.retain(|(of, course)| !(is_tip(*of) && matches!(course, Course::Session(_))));
+        shown
+    }
+
+    /// The model with what its residual shows in the catalogue.
+    fn with_shown(mut self, shown: Shown) -> Self {
         for (of, course) in &shown.courses {
             let Term::Drift(what, elapsed) = self.terms[*of].clone() else { continue };
             let is_timed = self.declared.effects[*of].driver.is_some();

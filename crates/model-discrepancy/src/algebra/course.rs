@@ -142,15 +142,19 @@ fn courses(
     let is_timed = even.driver.is_some();
     let taken = |course: &dyn Fn(f64) -> f64| drifts.residual.explained(&drifts.left_along(course));
     // Amplitudes that hardly show, and a time constant, fit whatever a few first readings do together.
-    let rests: &[Rest] = match even.only_instead {
-        true => &[],
-        false if drifts.has_zero_of_its_own() => &[Rest::Away],
-        false => &[Rest::Away, Rest::AsDeclared],
+    let rests: &[Rest] = if even.only_instead {
+        &[]
+    } else if drifts.has_zero_of_its_own() {
+        &[Rest::Away]
+    } else {
+        &[Rest::Away, Rest::AsDeclared]
     };
     let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, false_alarm));
-    let settling: Vec<Course> = settling.map(Course::Settling).collect();
-    let of_settling = settling.iter().map(|course| taken(&|t| course.at(t)));
-    let others: Vec<Option<f64>> = of_settling.chain([taken(&|t| t)]).collect();
+    let settling = settling.map(Course::Settling).max_by(|a, b| {
+        let explained = |course: &Course| taken(&|t| course.at(t)).unwrap_or(0.0);
+        explained(a).total_cmp(&explained(b))
+    });
+    let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
     // What comes and goes may be a part of what was measured wherever its readings do not lie among the others.
     let may_end = |session: &Session| {

@@ -48,7 +48,7 @@ impl Session {
     /// observation.
     pub(crate) fn effect(&self, model: &dyn Model, drift: usize, elapsed: &[f64]) -> Effect {
         let even = &model.declared().effects[drift];
-        let [first, last] = self.ends(model, elapsed).unwrap_or_default();
+        let [first, last] = self.first_and_last(model, elapsed).unwrap_or_default();
         let goes_on = self.ends.is_infinite();
         let when =
             if goes_on { format!("from {first} on") } else { format!("from {first} to {last}") };
@@ -87,11 +87,11 @@ impl Session {
     /// Whether it ends again, but not within one group: of that, no other tells anything.
     pub(crate) fn comes_and_goes(&self, model: &dyn Model, elapsed: &[f64]) -> bool {
         self.ends.is_finite()
-            && self.ends(model, elapsed).is_some_and(|[first, last]| first != last)
+            && self.first_and_last(model, elapsed).is_some_and(|[first, last]| first != last)
     }
 
     /// Names of the groups of its first and its last observation.
-    fn ends(&self, model: &dyn Model, elapsed: &[f64]) -> Option<[String; 2]> {
+    fn first_and_last(&self, model: &dyn Model, elapsed: &[f64]) -> Option<[String; 2]> {
         let layout = &model.declared().layout;
         let of_it =
             || elapsed.iter().zip(&layout.observations).filter(|(t, _)| self.come(**t) > 0.0);
