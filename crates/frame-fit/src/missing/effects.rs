@@ -191,18 +191,37 @@ fn bad_points<const D: usize>(points: &[MeasuredPoint<D>]) -> Vec<Entry<D>> {
 
 fn drift<const D: usize>(count: usize, covariates: &[Covariate]) -> Entry<D> {
     let text = "the target frame drifts against the source frame while the points are measured";
+    let Passed { elapsed, unit, report_factor, driver } = passed(count, covariates);
+    let mut entry =
+        entry("drift", text, per_axis::<D>(unit, report_factor), Term::Drift { elapsed });
+    entry.effect.driver = driver;
+    entry
+}
+
+/// What has passed since the first of a series, and how an amplitude per unit of it is reported.
+pub(crate) struct Passed {
+    pub(crate) elapsed: Vec<f64>,
+    pub(crate) unit: &'static str,
+    pub(crate) report_factor: f64,
+    pub(crate) driver: Option<String>,
+}
+
+/// Time where it is recorded, else the order.
+pub(crate) fn passed(count: usize, covariates: &[Covariate]) -> Passed {
     if let Some(time) = covariates.iter().find(|c| c.name == TIME) {
         let start = time.values.first().copied().unwrap_or(0.0);
         let elapsed = time.values.iter().map(|t| t - start).collect();
-        let parameters = per_axis::<D>("mm/h", 3600.0);
-        let mut entry = entry("drift", text, parameters, Term::Drift { elapsed });
-        entry.effect.driver = Some(TIME.to_owned());
-        return entry;
+        return Passed {
+            elapsed,
+            unit: "mm/h",
+            report_factor: 3600.0,
+            driver: Some(TIME.to_owned()),
+        };
     }
     // Internally per step, so that a longer series has the same parameter; reported over all.
-    let elapsed = (0..count).map(ratio).collect();
     let whole = ratio(count.saturating_sub(1).max(1));
-    entry("drift", text, per_axis::<D>("mm", whole), Term::Drift { elapsed })
+    let elapsed = (0..count).map(ratio).collect();
+    Passed { elapsed, unit: "mm", report_factor: whole, driver: None }
 }
 
 fn sag<const D: usize>(transform: Transform, centroid_mm: SVector<f64, D>) -> Entry<D> {

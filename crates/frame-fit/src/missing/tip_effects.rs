@@ -2,8 +2,7 @@
 
 use model_discrepancy::{Covariate, Effect, Parameter, Scope};
 
-use crate::missing::effects::TIME;
-use crate::statistics::ratio;
+use crate::missing::effects::{Passed, passed};
 use crate::tip::Design;
 
 /// What an amplitude adds to a residual.
@@ -76,18 +75,13 @@ pub(crate) fn catalogue(
 
 /// Drifts by recorded time where there is any, else by the order of the poses.
 fn drifts(n: usize, covariates: &[Covariate]) -> [(Effect, Term); 2] {
-    let time = covariates.iter().find(|c| c.name == TIME);
-    // Internally per second or pose, reported per hour or over all.
-    let (unit, factor, elapsed): (_, _, Vec<f64>) = match time.map(|time| &time.values[..n]) {
-        Some(values) => ("mm/h", 3600.0, values.iter().map(|t| t - values[0]).collect()),
-        None => ("mm", ratio(n.saturating_sub(1).max(1)), (0..n).map(ratio).collect()),
-    };
-    let along = |axis: &str| Parameter { report_factor: factor, ..parameter(axis, unit) };
+    let Passed { elapsed, unit, report_factor, driver } = passed(n, covariates);
+    let along = |axis: &str| Parameter { report_factor, ..parameter(axis, unit) };
     let of = |subject: Option<&str>, text: &str, what: Drifting| {
         let parameters = ["x", "y", "z"].map(along).to_vec();
         let effect = Effect {
             subject: subject.map(str::to_owned),
-            driver: time.map(|_| TIME.to_owned()),
+            driver: driver.clone(),
             // A tip goes nowhere that places do not where the flange hardly turns.
             scope: Scope::SomeDesigns,
             ..Effect::new("drift", text, parameters)

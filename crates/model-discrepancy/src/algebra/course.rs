@@ -157,11 +157,9 @@ fn courses(
     let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
     // What comes and goes may be a part of what was measured wherever its readings do not lie among the others.
-    let may_end = |session: &Session| {
-        !places.is_empty()
-            && session.is_mixed(elapsed, places)
-            && session.comes_and_goes(model, elapsed)
-    };
+    let may_end = (!places.is_empty()).then_some(|session: &Session| {
+        session.is_mixed(elapsed, places) && session.comes_and_goes(model, elapsed)
+    });
     let session = session_of(&drifts, false_alarm, may_end)
         .filter(|s| is_timed || s.is_mixed(elapsed, places))
         .map(Course::Session)

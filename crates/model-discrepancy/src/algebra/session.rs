@@ -103,11 +103,11 @@ impl Session {
 
 /// The time from which on, or from which to which other, a shift by the amplitudes of a drift takes most of the residual,
 /// where the chance that white noise beside the drift, going on evenly, shows one as clear is no more than `false_alarm`; one that
-/// ends must be one that may.
+/// ends is looked for where it may be any, and must be one that may.
 pub(crate) fn session_of(
     drifts: &Drifts<'_>,
     false_alarm: f64,
-    may_end: impl Fn(&Session) -> bool,
+    may_end: Option<impl Fn(&Session) -> bool>,
 ) -> Option<Session> {
     let breaks = drifts.breaks();
     let searched = breaks.len();
@@ -116,7 +116,8 @@ pub(crate) fn session_of(
     };
     let all = breaks.iter().zip(drifts.explained_by_shifts(&breaks)).filter_map(of_break);
     let (most, mut best) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    if let Some((taken, window)) = window_of(drifts, &breaks)
+    if let Some(may_end) = may_end
+        && let Some((taken, window)) = window_of(drifts, &breaks)
         && taken - most > CLEARLY_MORE * drifts.residual.variance_beside(taken, drifts.even.ncols())
         && may_end(&window)
         && drifts.most_of_one_reading(|t| window.come(t)) <= OF_ONE

@@ -20,9 +20,6 @@ pub(crate) const FREEDOMS: [(f64, i32); 7] =
 /// the other two mistakes for a tail.
 const MISTAKEN: f64 = 0.01;
 
-/// Leverage beyond which a reading has no residual of its own.
-pub(crate) const FOLLOWED: f64 = 0.95;
-
 /// What a fit leaves of a reading is looked up in twentieths of one.
 const LEFTS: usize = 20;
 

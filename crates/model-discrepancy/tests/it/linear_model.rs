@@ -1,7 +1,7 @@
 //! A linear model with any base and any effects, and a plate of points to measure with it.
 
 use model_discrepancy::{
-    Covariate, Declared, Effect, Group, Layout, LinearModel, Parameter, Quantity, Role, Row,
+    Course, Covariate, Declared, Effect, Group, Layout, LinearModel, Parameter, Quantity, Role, Row,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -174,4 +174,10 @@ pub(crate) fn scalars(data: &[f64], effects: &[(&str, Vec<f64>)]) -> LinearModel
 /// One normal deviate.
 pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
+}
+
+/// A course of the first effect, as one more of the catalogue.
+pub(crate) fn offer(model: &mut LinearModel, course: &Course, elapsed: &[f64], unit: &str) {
+    let effect = course.effect(model, 0, elapsed, "s", (unit, 1.0));
+    push(model, effect, DMatrix::from_vec(elapsed.len(), 1, course.come(elapsed)));
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Point3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{normal, parameter, scalars, set_base};
+use crate::linear_model::{normal, offer, parameter, scalars, set_base};
 
 const N: usize = 60;
 /// Series of noise that are looked at.
@@ -77,10 +77,7 @@ fn a_session_that_no_column_says_is_named_with_its_first_reading_and_its_shift()
         let first = 12 + usize::try_from(seed * 7 % 36).unwrap();
         let mut model = series(3000 + seed, |i| truth * begun(i, first));
         for course in clearest_courses(&model, &State::start(&model), 0, &elapsed(), &[]) {
-            let effect = course.effect(&model, 0, &elapsed(), "s", ("mm", 1.0));
-            let come = course.come(&elapsed()).into_iter().map(|c| -c).collect();
-            model.tangents.push(DMatrix::from_vec(N, 1, come));
-            model.declared.effects.push(effect);
+            offer(&mut model, &course, &elapsed(), "mm");
         }
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();

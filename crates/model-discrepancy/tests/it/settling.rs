@@ -1,13 +1,13 @@
 //! Drifts that come to rest, with one time constant and with two.
 
 use model_discrepancy::{
-    Course, LinearModel, Options, Parameter, State, Verdict, clearest_courses, close_loop,
+    Course, LinearModel, Options, State, Verdict, clearest_courses, close_loop,
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::linear_model::{normal, scalars};
+use crate::linear_model::{normal, offer, scalars, set_base};
 
 const N: usize = 60;
 /// Series without a second time constant that may show one: one in a hundred is let pass, and the
@@ -67,13 +67,7 @@ fn two_time_constants_are_one_drift_and_nothing_beside_it() {
             series(300 + seed, |t| 25.0 * (0.4 * course(t, 2.0) + 0.6 * course(t, 24.0)));
         let settling = found(&model).expect("25 times the noise");
         assert!(says_two(&model, &settling), "{settling:?}");
-        model.tangents.push(DMatrix::from_vec(
-            N,
-            1,
-            settling.come(&elapsed()).into_iter().map(|c| -c).collect(),
-        ));
-        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
-        model.declared.effects.push(effect);
+        offer(&mut model, &settling, &elapsed(), "µm");
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         let names: Vec<_> = closure.steps.iter().map(|s| s.effect.as_str()).collect();
         assert_eq!(names, ["drift"], "{:?}", closure.verdict);
@@ -91,10 +85,7 @@ fn the_interval_of_the_size_counts_the_time_constant_as_found() {
         let truth = 12.0;
         let mut model = series(700 + seed, |t| truth * course(t, 9.0));
         let settling = found(&model).expect("twelve times the noise");
-        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
-        let come = settling.come(&elapsed()).into_iter().map(|c| -c).collect();
-        model.tangents.push(DMatrix::from_vec(N, 1, come));
-        model.declared.effects.push(effect);
+        offer(&mut model, &settling, &elapsed(), "µm");
         let closure = close_loop(&model, &[], &Options::default()).unwrap();
         assert_eq!(closure.steps[0].subject.as_deref(), Some("settling"), "{:?}", closure.steps);
         let size = &closure.steps[0].parameters[0];
@@ -124,10 +115,7 @@ fn a_drift_that_ends_as_declared_is_no_offset_and_a_drift_back() {
         all.into_iter().filter(|course| matches!(course, Course::Settling(_))).collect()
     };
     for settling in courses(&model) {
-        let effect = settling.effect(&model, 0, &elapsed(), "s", ("µm", 1.0));
-        let come = settling.come(&elapsed()).into_iter().map(|c| -c).collect();
-        model.tangents.push(DMatrix::from_vec(N, 1, come));
-        model.declared.effects.push(effect);
+        offer(&mut model, &settling, &elapsed(), "µm");
     }
     let closure = close_loop(&model, &[], &Options::default()).unwrap();
     let subjects: Vec<_> = closure.steps.iter().filter_map(|s| s.subject.as_deref()).collect();
@@ -136,9 +124,7 @@ fn a_drift_that_ends_as_declared_is_no_offset_and_a_drift_back() {
     assert!((size.value - AT_FIRST).abs() < 4.0 * size.std, "{size:?}");
 
     let mut about = series(40, |t| AT_FIRST * (1.0 - course(t, 8.0)));
-    about.base = DMatrix::from_element(N, 1, 1.0);
-    about.declared.start = nalgebra::DVector::zeros(1);
-    about.declared.base.push(Parameter::new("zero", "mm", 1.0));
+    set_base(&mut about, &["zero"], DMatrix::from_element(N, 1, 1.0));
     assert_eq!(courses(&about).len(), 1);
     assert_eq!(courses(&about)[0].seen_in_full(), "in the end");
 }
