@@ -87,17 +87,18 @@ pub use import::{
 pub use interval_width::IntervalWidth;
 pub use itlicp::{Itlicp, ItlicpLevel, ItlicpPoint, ItlicpTiming, PoseBeside, itlicp};
 pub use kinds::{
-    AffineEstimate, AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisFigureEstimate,
-    AxisLocationEstimate, AxisRunEstimate, AxisTargetEstimate, CenterEstimate, Conformity,
-    ContactForceEstimate, DisplacementEstimates, DisplacementResidual, DistanceResidual,
-    ForceBlock, ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates, FtCenterEstimates,
-    GravityEstimates, HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate, MeanWrench,
-    MeasuredNormalEstimate, MountEstimate, PathCell, PathError, PathForceEstimates, PlaceEstimate,
-    PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates, PoseIntervals,
-    PoseNumbers, PoseResidual, PositionResidual, PositioningEstimates, ProbeCompEstimates,
-    ProbingCheckEstimate, QualificationEstimate, RepeatabilityEstimate, ScaleEstimate,
-    SecondAxisEstimate, StationEstimate, TipEstimates, TouchEstimate, TouchResidual,
-    TrackerLmEstimates, TransformStd, WrenchEstimate, examples, kinds, write_example,
+    AffineEstimate, AxesRelationEstimate, AxisCorrection, AxisErrorEstimate, AxisEstimate,
+    AxisFigureEstimate, AxisLocationEstimate, AxisRunEstimate, AxisTargetEstimate, CenterEstimate,
+    Conformity, ContactForceEstimate, DisplacementEstimates, DisplacementResidual,
+    DistanceResidual, ForceBlock, ForceImpedanceEstimates, FrameEstimate, FrameFitEstimates,
+    FtCenterEstimates, GravityEstimates, HeightCheck, ImpedanceEstimate, LineMiss, LobeEstimate,
+    MeanWrench, MeasuredNormalEstimate, MountEstimate, PathCell, PathError, PathForceEstimates,
+    PlaceEstimate, PlannedContactEstimate, PointResidual, PoseEstimate, PoseIcpEstimates,
+    PoseIntervals, PoseNumbers, PoseResidual, PositionResidual, PositioningEstimates,
+    PositioningFigures, ProbeCompEstimates, ProbingCheckEstimate, QualificationEstimate,
+    RepeatabilityEstimate, ScaleEstimate, SecondAxisEstimate, StationEstimate, TipEstimates,
+    TouchEstimate, TouchResidual, TrackerLmEstimates, TransformStd, WrenchEstimate, examples,
+    kinds, write_example,
 };
 pub use layout::{Detail, Layout};
 pub use machine::{

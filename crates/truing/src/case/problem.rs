@@ -181,6 +181,18 @@ pub enum Problem {
         /// The other.
         other: String,
     },
+    /// Readings of another axis in a table of one.
+    #[error(
+        "it is of axis {}, and the rows before are of {}; a case is one axis, keep one per folder",
+        quote(second),
+        quote(first)
+    )]
+    SecondAxis {
+        /// That of the first row.
+        first: String,
+        /// That of this one.
+        second: String,
+    },
     /// Two columns with one name.
     #[error("duplicate column {}; it is column {first} already", quote(column))]
     DuplicateColumn {

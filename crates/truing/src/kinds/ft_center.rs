@@ -18,6 +18,7 @@ use crate::Error;
 use crate::case::{Document, Folder, Positive, Problem};
 use crate::kind::Kind;
 use crate::kinds::orientation::QUATERNION;
+use crate::kinds::positioning::{AXIS, has_targets, read_targets};
 use crate::measured::Reading;
 use crate::suspect::{Dimension, Readings, Samples, Typed};
 use crate::uncertain::{Std, Uncertain};
@@ -40,10 +41,7 @@ pub(crate) const KIND: Kind = Kind {
     record: Some((WRENCH, "press")),
     touches: None,
     readings: &[
-        Readings::of(
-            DISPLACEMENTS,
-            &[(&["solved_mm"], Dimension::Length), (&["commanded_mm"], Dimension::Length)],
-        ),
+        Readings::of(DISPLACEMENTS, AXIS),
         Readings::of(
             GRAVITY,
             &[
@@ -94,6 +92,9 @@ pub(crate) const KIND: Kind = Kind {
 };
 
 fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
+    if folder.has(DISPLACEMENTS) && has_targets(&folder.table(DISPLACEMENTS, &[])?) {
+        return read_targets(DISPLACEMENTS, folder, document);
+    }
     let settings: Settings = document.settings()?;
     let has_presses = folder.has(PRESSES) || folder.has(WRENCH);
     let present: Vec<&str> = [

@@ -31,7 +31,8 @@ pub use ft_center::{
     RepeatabilityEstimate, WrenchEstimate,
 };
 pub use positioning::{
-    AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual, PositioningEstimates,
+    AxisCorrection, AxisFigureEstimate, AxisRunEstimate, AxisTargetEstimate, PositionResidual,
+    PositioningEstimates, PositioningFigures,
 };
 pub use tracker_lm::{
     AxesRelationEstimate, AxisErrorEstimate, AxisEstimate, AxisLocationEstimate, MountEstimate,

@@ -130,6 +130,49 @@ fn displacements_whose_points_recur_are_a_run_as_well() {
 }
 
 #[test]
+fn displacements_by_the_names_of_targets_are_a_run_of_one_axis() {
+    let row = |(target, um, rises, cycle): &(f64, f64, bool, usize)| {
+        let way = if *rises { "+" } else { "-" };
+        format!("X,{target},{:.6},{way},{cycle}\n", target + 1e-3 * um)
+    };
+    let head = ("case.toml", "kind = \"ft-center\"\n[noise]\ndisplacement_mm = 0.001\n");
+    let columns = "axis,target_mm,actual_mm,direction,cycle";
+    let rows = table(row);
+    let case = Case::new(&[head, ("displacements.csv", &format!("{columns}\n{rows}"))]);
+    let answer = case.json("loop");
+    assert_eq!(answer["kind"], "ft-center");
+    assert_eq!(names(&answer), ["profile", "reversal"], "{}", answer["steps"]);
+    let found = &answer["estimates"]["positioning"];
+    let number = |name: &str| found[name].as_f64().unwrap();
+    assert!((number("B_mm") - figure(&answer, "figures", "B")).abs() < 1e-12);
+    assert!(number("A_rising_mm") > number("R_rising_mm") && number("u_E_mm") > 0.0);
+    let corrections = found["table"].as_array().unwrap();
+    for (correction, um) in corrections.iter().zip(PROFILE_UM) {
+        let um_of = |way: &str| 1e3 * correction[way].as_f64().unwrap();
+        // Means of five readings of 1 µm.
+        assert!((um_of("correction_forward") + um + 0.5 * REVERSAL_UM).abs() < 1.8, "{correction}");
+        assert!((um_of("correction_reverse") + um - 0.5 * REVERSAL_UM).abs() < 1.8, "{correction}");
+        assert!((0.1..1.0).contains(&um_of("u")), "{correction}");
+    }
+
+    // Moved to millimetres that are metres.
+    let metres = |(target, um, rises, cycle): &(f64, f64, bool, usize)| {
+        let way = if *rises { "+" } else { "-" };
+        format!("X,{target},{:.9},{way},{cycle}\n", 1e-3 * (target + 1e-3 * um))
+    };
+    let metres = table(metres);
+    let case = Case::new(&[head, ("displacements.csv", &format!("{columns}\n{metres}"))]);
+    let answer = case.json("loop");
+    assert_eq!(answer["verdict"], "input-wrong", "{answer}");
+    assert_eq!(answer["steps"][0]["effect"], "input:unit", "{}", answer["steps"]);
+
+    let two = rows.replacen("X,2,", "Y,2,", 2).replacen("Y,2,", "X,2,", 1);
+    let case = Case::new(&[head, ("displacements.csv", &format!("{columns}\n{two}"))]);
+    let message = case.message("solve", 2);
+    assert!(message.contains("`Y`") && message.contains("one axis"), "{message}");
+}
+
+#[test]
 fn without_a_direction_the_target_before_says_it() {
     let rows = table(|(target, um, _, _)| format!("{target},{:.6}\n", 1e-3 * um));
     let case = Case::new(&[

@@ -7,8 +7,8 @@ use super::{CenterEstimate, FrameEstimate};
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
 use crate::implausible::ImplausibleResult;
-use crate::kinds::AxisRunEstimate;
 use crate::kinds::positioning::positioning_form;
+use crate::kinds::{AxisRunEstimate, PositioningFigures};
 use crate::text_table::TextTable;
 
 /// What a table of displacements is solved for: nothing but its own residual.
@@ -23,6 +23,8 @@ pub struct DisplacementEstimates {
     /// Figures by ISO 230-2 and compensation table, where targets repeat or were approached both
     /// ways; `None` elsewhere.
     pub run: Option<AxisRunEstimate>,
+    /// The same by name, and what the control is to add.
+    pub positioning: Option<PositioningFigures>,
     /// One per row.
     pub points: Vec<DisplacementResidual>,
 }

@@ -10,9 +10,9 @@ use crate::Error;
 use crate::case::{Columns, Document, Folder, Location, NumberColumn, Positive, group_names};
 use crate::estimates::Estimates;
 use crate::kinds::positioning::{
-    AxisPlanSettings, AxisTable, approaches, has_directions, names_of,
+    AxisPlanSettings, AxisTable, approaches, has_directions, names_of, one_axis,
 };
-use crate::kinds::{AxisRunEstimate, Offer};
+use crate::kinds::{AxisRunEstimate, Offer, PositioningFigures};
 use crate::measured::{
     About, Fitted, Measured, Observation, Prepared, Reading, Words, empirical_conditions,
 };
@@ -41,6 +41,7 @@ pub(super) fn read(
     settings: Settings,
 ) -> Result<Reading, Error> {
     let table = folder.table(DISPLACEMENTS, KNOWN)?;
+    one_axis(&table)?;
     let mut columns = Columns::new(&table, KNOWN);
     let names = columns.texts("point")?;
     let commanded_mm = columns.numbers("commanded_mm")?;
@@ -173,6 +174,7 @@ impl DisplacementCase {
             })
             .collect();
         Arc::new(DisplacementEstimates {
+            positioning: run.as_ref().map(PositioningFigures::of),
             frame: None,
             centers: Vec::new(),
             conditions,

@@ -10,19 +10,18 @@ use super::settings::{DISPLACEMENTS, GRAVITY, PRESSES, WRENCH};
 use crate::case::{Edit, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::{QUATERNION, mistakes_of_quaternion};
-use crate::kinds::positioning::{filled_directions, turned_directions};
+use crate::kinds::positioning::mistakes_of_axis;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Twice, Yardstick, channels, copies, cycles, doubled,
-    exchanged_rows, exchanged_targets, exchanges, farthest, increments, lengths, numbers,
-    other_setting, points_lost, polar, rows_left_out, rows_shifted, scaled_setting, signs,
-    sorted_as_text, spread_of, standing_still, units, units_from_a_row,
+    exchanged_rows, exchanges, farthest, increments, lengths, numbers, other_setting, points_lost,
+    polar, rows_left_out, rows_shifted, scaled_setting, signs, sorted_as_text, spread_of,
+    standing_still, units, units_from_a_row,
 };
 
 pub(super) const FORCES: [&str; 3] = ["fx_n", "fy_n", "fz_n"];
 pub(super) const MOMENTS: [&str; 3] = ["mx_nmm", "my_nmm", "mz_nmm"];
 pub(super) const MACHINE: [&str; 2] = ["machine_x_mm", "machine_y_mm"];
-const TRAVEL: [&str; 2] = ["solved_mm", "commanded_mm"];
 /// Misfit over the spread of the positions that no head makes: 3 mm of 30 mm.
 const GROSS: f64 = 0.1;
 /// The same beyond which wrenches and positions have nothing to do with each other.
@@ -41,7 +40,7 @@ const SAME_LINE: f64 = 0.9;
 
 pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     if files.folder.has(DISPLACEMENTS) {
-        displacements(files, fitted)
+        mistakes_of_axis(DISPLACEMENTS, files, fitted)
     } else if files.folder.has(GRAVITY) {
         gravity(files, fitted)
     } else {
@@ -127,28 +126,6 @@ fn presses_left_out(wrench: &Table, known: &Table, rows: &[bool]) -> Vec<Edit> {
         (0..table.n_rows()).map(|row| clipped.contains(table.cell(row, column))).collect()
     };
     vec![rows_left_out(WRENCH, &marked(wrench, of)), rows_left_out(PRESSES, &marked(known, name))]
-}
-
-fn displacements(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
-    let Ok(table) = files.folder.table(DISPLACEMENTS, &TRAVEL) else { return Vec::new() };
-    let of = (DISPLACEMENTS, &table);
-    let mut all: Vec<Hypothesis> = turned_directions(of, TRAVEL[1]).into_iter().collect();
-    all.extend(filled_directions(of, [TRAVEL[1], TRAVEL[0]]));
-    let table = Some(&table);
-    for column in TRAVEL {
-        all.extend(units(DISPLACEMENTS, table, &[column], Dimension::Length));
-    }
-    all.extend(doubled(DISPLACEMENTS, table, &TRAVEL, Twice::Diameter));
-    let without = |_: &Table, rows: &[bool]| vec![rows_left_out(DISPLACEMENTS, rows)];
-    all.extend(exchanged_targets(DISPLACEMENTS, table, [TRAVEL[1], TRAVEL[0]]));
-    all.extend(standing_still(DISPLACEMENTS, table, &TRAVEL[..1], without));
-    all.extend(signs(DISPLACEMENTS, table, &TRAVEL[..1]));
-    all.extend(TRAVEL.iter().flat_map(|column| increments(DISPLACEMENTS, table, &[*column], &[])));
-    if let Some(fitted) = fitted {
-        let far = farthest(fitted, FARTHEST);
-        all.extend(exchanged_rows(DISPLACEMENTS, table, &TRAVEL[..1], &far));
-    }
-    all
 }
 
 fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use ft_center::Approach;
 
-use super::approach::{DIRECTION, POSITIONS, approach_of, derived};
+use super::approach::{DIRECTION, approach_of, derived};
 use super::places::{Mean, Places};
 use crate::case::{Change, Edit, Table};
 use crate::count::{count, rms};
@@ -39,7 +39,7 @@ pub(super) fn said_otherwise(
 }
 
 /// Directions of which every one contradicts the way from the target before, or every one of some runs of rows.
-pub(crate) fn turned_directions(
+pub(super) fn turned_directions(
     (file, table): (&'static str, &Table),
     target: &str,
 ) -> Option<Hypothesis> {
@@ -101,7 +101,7 @@ pub(crate) fn turned_directions(
 
 /// One direction in every row of an axis that went both ways, and reads otherwise from either side: of one that is
 /// come to from one side alone, wherever it goes next, the readings would agree.
-pub(crate) fn filled_directions(
+pub(super) fn filled_directions(
     (file, table): (&'static str, &Table),
     [target, read]: [&'static str; 2],
 ) -> Option<Hypothesis> {
@@ -129,7 +129,10 @@ pub(crate) fn filled_directions(
 
 /// Deviations of one direction that are, at every target, those of the other with the opposite sign, but for a reversal,
 /// and not the same at all: target less reading for reading less target.
-pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> Option<Hypothesis> {
+pub(super) fn turned_sign(
+    (file, table): (&'static str, &Table),
+    [target, read]: [&'static str; 2],
+) -> Option<Hypothesis> {
     let said = said_ways(table)?;
     let values = table.numbers(read)?;
     let sides = Sides::of(&table.numbers(target)?, &values, &said)?;
@@ -142,14 +145,14 @@ pub(super) fn turned_sign(table: &Table, [target, read]: [&'static str; 2]) -> O
     let falling = |row: usize| said[row] == Approach::Falling;
     let rows: Vec<usize> = (0..said.len()).filter(|row| falling(*row)).collect();
     let description = format!(
-        "`{read}` of {POSITIONS} has the opposite sign in the {} rows of one direction: at every target it is what it \
+        "`{read}` of {file} has the opposite sign in the {} rows of one direction: at every target it is what it \
          is from the other side, times −1, as where the reading was taken off the target and not the target off the \
          reading; multiply it by −1 where the axis was falling (or, as likely, rising)",
         rows.len()
     );
     let change = Change::Scale { columns: vec![read.to_owned()], rows: Some(rows), factor: -1.0 };
-    let edits = vec![Edit { file: POSITIONS, change }];
-    Some(Hypothesis::of("input:sign", (POSITIONS, &[read]), description, edits).certain())
+    let edits = vec![Edit { file, change }];
+    Some(Hypothesis::of("input:sign", (file, &[read]), description, edits).certain())
 }
 
 /// Root mean square about the mean.

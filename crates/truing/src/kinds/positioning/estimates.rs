@@ -2,6 +2,7 @@ use serde::Serialize;
 use truing_report::{ExtraPlot, Form};
 
 use super::axis_run::AxisRunEstimate;
+use super::figures::PositioningFigures;
 use super::form::positioning_form;
 use crate::estimated::{Estimated, Export};
 use crate::estimates::Estimates;
@@ -13,6 +14,8 @@ use crate::text_table::TextTable;
 pub struct PositioningEstimates {
     /// Figures and compensation table.
     pub run: AxisRunEstimate,
+    /// The same by name, and what the control is to add.
+    pub positioning: PositioningFigures,
     /// Where the accepted effects are.
     pub conditions: Vec<String>,
     /// One per row.

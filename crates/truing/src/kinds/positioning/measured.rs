@@ -8,6 +8,7 @@ use truing_report::Fact;
 
 use super::axis_run::AxisRunEstimate;
 use super::estimates::{PositionResidual, PositioningEstimates};
+use super::figures::PositioningFigures;
 use super::plan::{AxisPlanSettings, AxisTable};
 use crate::Error;
 use crate::case::{Location, NumberColumn};
@@ -72,7 +73,8 @@ impl PositioningCase {
             );
         }
         let readings = self.readings.iter().enumerate().map(of).collect();
-        Arc::new(PositioningEstimates { run, conditions, readings })
+        let positioning = PositioningFigures::of(&run);
+        Arc::new(PositioningEstimates { run, positioning, conditions, readings })
     }
 
     fn recorded(&self) -> Vec<Covariate> {

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::approach::POSITIONS;
 use super::directions::variation;
 use super::places::Places;
 use crate::case::{Change, Edit, Table};
@@ -24,6 +23,7 @@ const FEWEST_OF_A_PASS: usize = 4;
 
 /// Deviations, their places and the way to each, as their table has them.
 pub(super) struct Rows<'t> {
+    pub(super) file: &'static str,
     pub(super) table: &'t Table,
     pub(super) read: &'static str,
     pub(super) values: &'t [f64],
@@ -86,16 +86,17 @@ impl Rows<'_> {
             return None;
         }
         let description = format!(
-            "`{}` of {POSITIONS} {} against the other columns: with that put right the repeats at one target and \
+            "`{}` of {} {} against the other columns: with that put right the repeats at one target and \
              both ways to it disagree {gain:.0} times less",
             self.read,
+            self.file,
             order.said(self.table)
         );
         let values = order.put_right(self.values);
         let change = Change::Replace { column: self.read.to_owned(), values };
-        let edits = vec![Edit { file: POSITIONS, change }];
+        let edits = vec![Edit { file: self.file, change }];
         let found =
-            Hypothesis::of("input:row-shift", (POSITIONS, &[self.read]), description, edits);
+            Hypothesis::of("input:row-shift", (self.file, &[self.read]), description, edits);
         Some(found.certain())
     }
 

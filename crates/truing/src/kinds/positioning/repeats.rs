@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::approach::{POSITIONS, derived};
+use super::approach::derived;
 use super::directions::said_ways;
 use super::places::Places;
 use super::rearranged::Rows;
@@ -49,6 +49,7 @@ type Cycles<'t> = BTreeMap<&'t str, Vec<usize>>;
 
 /// Deviations with their place, a target come to from one side.
 pub(super) struct Repeats {
+    file: &'static str,
     read: &'static str,
     targets: Vec<f64>,
     values: Vec<f64>,
@@ -57,17 +58,20 @@ pub(super) struct Repeats {
 
 impl Repeats {
     /// `None` where a number or direction is none.
-    pub(super) fn of(table: &Table, [target, read]: [&'static str; 2]) -> Option<Self> {
+    pub(super) fn of(
+        (file, table): (&'static str, &Table),
+        [target, read]: [&'static str; 2],
+    ) -> Option<Self> {
         let targets = table.numbers(target)?;
         let said = said_ways(table).or_else(|| derived(&targets).into_iter().collect())?;
         let places = Places::of(&targets, &said);
-        Some(Self { read, values: table.numbers(read)?, targets, places })
+        Some(Self { file, read, values: table.numbers(read)?, targets, places })
     }
 
     /// What the repeats say of the rows; `sigma` in the unit that the column says.
     pub(super) fn rows<'t>(&'t self, table: &'t Table, sigma: Option<f64>) -> Rows<'t> {
-        let Self { read, targets, values, places } = self;
-        Rows { table, read, values, targets, places, sigma }
+        let Self { file, read, targets, values, places } = self;
+        Rows { file, table, read, values, targets, places, sigma }
     }
 
     /// A reading that stands still while the axis goes on, at places where all others are elsewhere.
@@ -86,15 +90,16 @@ impl Repeats {
             return None;
         }
         let description = format!(
-            "the channel `{}` of {POSITIONS} is stuck: it reads {held} in {} rows one after the other, from line {}, while \
+            "the channel `{}` of {} is stuck: it reads {held} in {} rows one after the other, from line {}, while \
              the axis goes on, and otherwise in the other cycles there; repair the channel, or leave these rows out",
             self.read,
+            self.file,
             run.len(),
             table.line(run[0])
         );
         let marked: Vec<bool> = rows.iter().map(|row| run.contains(row)).collect();
-        let edits = vec![rows_left_out(POSITIONS, &marked)];
-        Some(Hypothesis::of("input:stuck", (POSITIONS, &[self.read]), description, edits).certain())
+        let edits = vec![rows_left_out(self.file, &marked)];
+        Some(Hypothesis::of("input:stuck", (self.file, &[self.read]), description, edits).certain())
     }
 
     /// Whole cycles that repeat the others with the opposite sign.
@@ -121,15 +126,16 @@ impl Repeats {
             return None;
         }
         let description = format!(
-            "`{}` of {POSITIONS} has the opposite sign where `cycle` is {}: at every target it is what the other cycles \
+            "`{}` of {} has the opposite sign where `cycle` is {}: at every target it is what the other cycles \
              read, times −1; multiply it by −1 there",
             self.read,
+            self.file,
             names.join(", ")
         );
         let change =
             Change::Scale { columns: vec![self.read.to_owned()], rows: Some(rows), factor: -1.0 };
-        let edits = vec![Edit { file: POSITIONS, change }];
-        Some(Hypothesis::of("input:sign", (POSITIONS, &[self.read]), description, edits).certain())
+        let edits = vec![Edit { file: self.file, change }];
+        Some(Hypothesis::of("input:sign", (self.file, &[self.read]), description, edits).certain())
     }
 
     /// The cycles, fewer than half, that go against the others; `None` where half do.
@@ -163,15 +169,16 @@ impl Repeats {
         }
         let Finer { said, factor, .. } = finer;
         let description = format!(
-            "`{}` of {POSITIONS} is in another unit than its name says, {said}, as its repeats scatter {times:.0} times as \
+            "`{}` of {} is in another unit than its name says, {said}, as its repeats scatter {times:.0} times as \
              much as `[noise] {key}` says: divide by {:.0}",
             self.read,
+            self.file,
             1.0 / factor
         );
         let columns = vec![self.read.to_owned()];
         let change = Change::Scale { columns, rows: None, factor: *factor };
-        let edits = vec![Edit { file: POSITIONS, change }];
-        Some(Hypothesis::of("input:unit", (POSITIONS, &[self.read]), description, edits).certain())
+        let edits = vec![Edit { file: self.file, change }];
+        Some(Hypothesis::of("input:unit", (self.file, &[self.read]), description, edits).certain())
     }
 }
 
