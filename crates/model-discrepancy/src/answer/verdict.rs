@@ -1,7 +1,7 @@
 //! The conclusion.
 
 use crate::answer::external_validation::check_distance;
-use crate::answer::structure::is_memory;
+use crate::answer::structure::{is_forgotten, is_memory};
 use crate::choice::context::Context;
 use crate::choice::selected::Selected;
 use crate::noise::linear::Linear;
@@ -42,23 +42,28 @@ pub(crate) fn noisier_than_declared(
 const HALF_SQUARED: f64 = 0.25;
 
 /// Takes readings that go with the one before off what is left, where nothing else is and all scatter as they were declared
-/// to: noise with memory, and what to say of it.
+/// to, or, where nothing was declared, remember the one before and no more: noise with memory, and what to say of it.
 pub(crate) fn memory_within_the_noise(
     chosen: &Selected<'_>,
     lin: &Linear<'_>,
     remaining: &mut Vec<Remaining>,
 ) -> Option<String> {
-    let is_all = !remaining.is_empty() && remaining.iter().all(is_memory);
-    let is_as_declared = || {
-        let test = global_test(&chosen.system, &chosen.estimate, lin);
-        test.is_some_and(|test| test.per_dof() >= HALF_SQUARED && !test.is_above())
+    if remaining.is_empty() || !remaining.iter().all(is_memory) {
+        return None;
+    }
+    let said = match global_test(&chosen.system, &chosen.estimate, lin) {
+        Some(test) if test.per_dof() >= HALF_SQUARED && !test.is_above() => {
+            "successive residuals go together, and scatter no more than declared: the noise has memory, or something \
+             smaller than it drifts to and fro"
+        }
+        None if is_forgotten(lin) => {
+            "successive residuals go together, each with the one before and no longer: the noise has memory, or \
+             something as fast and as large as it goes to and fro"
+        }
+        _ => return None,
     };
-    (is_all && is_as_declared()).then(|| {
-        remaining.clear();
-        "successive residuals go together, and scatter no more than declared: the noise has memory, or \
-         something smaller than it drifts to and fro"
-            .to_owned()
-    })
+    remaining.clear();
+    Some(said.to_owned())
 }
 
 /// More single bad readings than two, and than one group in twenty, are no accidents.

@@ -16,6 +16,7 @@ mod judged;
 mod laws;
 mod linear_model;
 mod local;
+mod memory;
 mod odd_stretch;
 mod patch;
 mod position_noise;

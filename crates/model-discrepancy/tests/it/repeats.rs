@@ -230,35 +230,3 @@ fn what_wanders_over_few_places_is_structure() {
         closure.remaining
     );
 }
-
-/// Readings that go with the one before and scatter as they were declared to: the noise has memory. Declared half as
-/// large, something is left that goes on from reading to reading.
-#[test]
-fn memory_within_the_declared_noise_is_no_structure() {
-    const KEPT: f64 = 0.7;
-    const STD_MM: f64 = 0.004;
-    let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let mut noise = STD_MM * normal(&mut rng);
-    let data: Vec<f64> = std::iter::repeat_with(|| {
-        noise = KEPT * noise + (1.0 - KEPT * KEPT).sqrt() * STD_MM * normal(&mut rng);
-        noise
-    })
-    .take(120)
-    .collect();
-    let of = |declared_mm: f64| {
-        let mut model = scalars(&data, &[]);
-        model.declared.layout.sigma_declared = true;
-        model.declared.layout.rows.iter_mut().for_each(|row| row.sigma = declared_mm);
-        close_loop(&model, &[], &Options::default()).expect("closes")
-    };
-    let sound = of(STD_MM);
-    assert_eq!(sound.verdict, Verdict::NothingMissing, "{:?}", sound.remaining);
-    assert!(
-        sound.warnings.iter().any(|w| w.contains("the noise has memory")),
-        "{:?}",
-        sound.warnings
-    );
-    let small = of(0.5 * STD_MM);
-    assert_eq!(small.verdict, Verdict::StructureRemains);
-    assert!(small.remaining.iter().any(|r| r.shape == "autocorrelated"), "{:?}", small.remaining);
-}

@@ -1,5 +1,6 @@
 //! Which way an axis came, and names of readings that repeat a place.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use ft_center::Approach;
@@ -54,16 +55,20 @@ pub(super) fn approach_of(cell: &str) -> Option<Approach> {
 
 /// From the target before; the first, and those that stay, as they go on.
 pub(crate) fn derived(targets: &[f64]) -> Vec<Option<Approach>> {
-    let way = |from: f64, to: f64| match to.total_cmp(&from) {
-        std::cmp::Ordering::Greater => Some(Approach::Rising),
-        std::cmp::Ordering::Less => Some(Approach::Falling),
-        std::cmp::Ordering::Equal => None,
-    };
     let coming = |i: usize| {
         let before = i.checked_sub(1).and_then(|before| way(targets[before], targets[i]));
         before.or_else(|| way(targets[i], *targets.get(i + 1)?))
     };
     (0..targets.len()).map(coming).collect()
+}
+
+/// Which way it is from one target to the next.
+pub(super) fn way(from: f64, to: f64) -> Option<Approach> {
+    match to.total_cmp(&from) {
+        Ordering::Greater => Some(Approach::Rising),
+        Ordering::Less => Some(Approach::Falling),
+        Ordering::Equal => None,
+    }
 }
 
 /// Names of which each occurs once: with the line of the table where one recurs.

@@ -1,5 +1,6 @@
 //! Readings that lie at other targets than those of their rows, targets for deviations, and signs that were left out.
 
+use super::directions::{contradictions, said_ways};
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
 use crate::suspect::{Hypothesis, Proof, lines_of, rows_left_out, step_of, stretches_of};
@@ -126,18 +127,24 @@ pub(super) fn signs_lost(
 ) -> Option<Hypothesis> {
     let both = columns.map(|column| table.numbers(column));
     let [Some(targets), Some(readings)] = &both else { return None };
+    let said = said_ways(table);
     let of = |column: &'static str, mine: &[f64], other: &[f64]| {
         let largest = largest(mine);
         let is_as_large = |(a, b): (&f64, &f64)| (a - b.abs()).abs() < NEAR * largest;
         let negative = other.iter().filter(|value| **value < -NEAR * largest).count();
+        let values: Vec<f64> = mine.iter().zip(other).map(|(a, b)| a.copysign(*b)).collect();
+        // Of targets that their directions agree with none has lost its sign.
+        let contradicts = said.as_ref().is_some_and(|said| {
+            column == columns[0] && contradictions(&values, said) > contradictions(mine, said)
+        });
         let lost = mine.iter().all(|value| *value >= 0.0)
             && negative >= FEWEST
-            && mine.iter().zip(other).all(is_as_large);
+            && mine.iter().zip(other).all(is_as_large)
+            && !contradicts;
         let description = format!(
             "`{column}` of {file} has lost its minus signs (absolute values) in {negative} rows where the \
              other column is negative: put them back"
         );
-        let values = mine.iter().zip(other).map(|(a, b)| a.copysign(*b)).collect();
         let change = Change::Replace { column: column.to_owned(), values };
         let edits = vec![Edit { file, change }];
         lost.then(|| Hypothesis::of("input:sign", (file, &[column]), description, edits))

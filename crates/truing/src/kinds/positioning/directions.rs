@@ -1,11 +1,10 @@
 //! Directions of approach that the targets or the readings contradict.
 
-use std::cmp::Ordering;
 use std::ops::Range;
 
 use ft_center::Approach;
 
-use super::approach::{DIRECTION, approach_of, derived};
+use super::approach::{DIRECTION, approach_of, derived, way};
 use super::places::{Mean, Places};
 use crate::case::{Change, Edit, Table};
 use crate::count::{count, rms};
@@ -38,6 +37,12 @@ pub(super) fn said_otherwise(
     Edit { file, change: Change::Replace { column: DIRECTION.to_owned(), values } }
 }
 
+/// Rows whose direction contradicts the way from the target before.
+pub(super) fn contradictions(targets: &[f64], said: &[Approach]) -> usize {
+    let came = (1..targets.len()).map(|row| way(targets[row - 1], targets[row]));
+    came.zip(&said[1..]).filter(|(came, said)| came.is_some_and(|came| came != **said)).count()
+}
+
 /// Directions of which every one contradicts the way from the target before, or every one of some runs of rows.
 pub(super) fn turned_directions(
     (file, table): (&'static str, &Table),
@@ -45,11 +50,7 @@ pub(super) fn turned_directions(
 ) -> Option<Hypothesis> {
     let targets = table.numbers(target)?;
     let said = said_ways(table)?;
-    let came = |row: usize| match targets[row].total_cmp(&targets[row - 1]) {
-        Ordering::Greater => Some(Approach::Rising),
-        Ordering::Less => Some(Approach::Falling),
-        Ordering::Equal => None,
-    };
+    let came = |row: usize| way(targets[row - 1], targets[row]);
     let n = targets.len();
     let contradicts = |row: usize| came(row).is_some_and(|came| came != said[row]);
     let known: Vec<usize> = (1..n).filter(|row| came(*row).is_some()).collect();
