@@ -117,6 +117,9 @@ fn sessions() -> Vec<Cell> {
         session("moment channels drift", Named("bias-drift"), |seed| {
             pressed(seed, 2, |a, d| Fault::BiasDrift(moments(a, d)))
         }),
+        session("moment channels drift and come to rest", Named("bias-drift"), |seed| {
+            pressed(seed, 2, |a, d| Fault::BiasSettles(moments(a, d)))
+        }),
         session("moment gain", Named("moment-gain"), |seed| {
             pressed(seed, 1, |a, d| Fault::MomentGain(a * sign(d)))
         }),

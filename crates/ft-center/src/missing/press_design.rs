@@ -7,8 +7,8 @@ use model_discrepancy::State;
 use nalgebra::{DMatrix, Matrix2, Matrix2x3, Point2, Rotation2, Vector2, Vector3};
 
 use crate::Handedness;
-use crate::missing::press_effects::{Catalogue, MachineErrors, PressEffect};
-use crate::missing::sensor_errors::{Corrected, Reading, SensorErrors};
+use crate::missing::press_effects::{AlongCourses, Catalogue, MachineErrors, PressEffect};
+use crate::missing::sensor_errors::{Corrected, Reading, SensorError, SensorErrors};
 
 /// Temperature from which growth counts, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
@@ -26,6 +26,13 @@ pub(crate) struct PressPoint {
     pub(crate) come: Vec<f64>,
     /// Which `bad-press` candidate is about it.
     pub(crate) observation: Option<usize>,
+}
+
+impl PressPoint {
+    /// What drifts along courses have come to.
+    fn along(&self, in_the_end: &[Vector2<f64>]) -> Vector2<f64> {
+        in_the_end.iter().zip(&self.come).map(|(whole, come)| whole * *come).sum()
+    }
 }
 
 /// Knowledge from outside, which splits effects that presses confuse.
@@ -71,6 +78,7 @@ pub(crate) struct Unpacked {
     center_mm: Vector2<f64>,
     sensor: SensorErrors,
     machine: MachineErrors,
+    along: AlongCourses,
 }
 
 impl Unpacked {
@@ -85,17 +93,20 @@ impl Unpacked {
 
 impl Design {
     pub(crate) fn unpack(&self, at: &State) -> Unpacked {
-        let (sensor, machine) = self.catalogue.errors(at);
+        let (sensor, machine, along) = self.catalogue.errors(at);
         Unpacked {
             turn: Rotation2::new(at.base[0]),
             center_mm: Vector2::new(at.base[1], at.base[2]),
             sensor,
             machine,
+            along,
         }
     }
 
     pub(crate) fn corrected(&self, point: &PressPoint, at: &Unpacked) -> Corrected {
-        Corrected::of(&point.reading, &at.sensor, self.z0_mm)
+        let moment_bias_nmm = at.sensor.moment_bias_nmm + point.along(&at.along.moment_nmm);
+        let sensor = SensorErrors { moment_bias_nmm, ..at.sensor };
+        Corrected::of(&point.reading, &sensor, self.z0_mm)
     }
 
     /// Machine from sensor, without translation.
@@ -128,12 +139,12 @@ impl Design {
     ) -> Vector2<f64> {
         let m = &at.machine;
         let growth = m.growth_mm_per_k.iter().zip(&point.warmth_k);
-        let along = m.along_mm.iter().zip(&point.come);
         let mut moved = (point.machine_mm - self.pivot_mm) * m.scale
             + m.datum_mm
             + m.load_shift_mm_per_n * load_n(point)
             + m.drift_mm * point.reading.elapsed_ratio
-            + growth.chain(along).map(|(k, warmth)| k * *warmth).sum::<Vector2<f64>>();
+            + point.along(&at.along.machine_mm)
+            + growth.map(|(k, warmth)| k * *warmth).sum::<Vector2<f64>>();
         if let Some(observation) = point.observation {
             let is = |e: &PressEffect| *e == PressEffect::BadPress(observation);
             if let Some(effect) = self.catalogue.effects.iter().position(is) {
@@ -173,17 +184,19 @@ impl Design {
                 let arm = point.machine_mm - self.pivot_mm;
                 DMatrix::from_column_slice(2, 1, &[-arm.x, -arm.y])
             }
-            _ => {
-                let corrected = self.corrected(point, at);
-                let linear = self.linear(at);
-                let columns: Vec<_> = effect
-                    .sensor_errors()
-                    .iter()
-                    .map(|&by| linear * corrected.derivative(by))
-                    .collect();
-                DMatrix::from_fn(2, columns.len(), |row, column| columns[column][row])
+            PressEffect::MomentCourse(k) => {
+                let zeros = [SensorError::MomentBias(0), SensorError::MomentBias(1)];
+                self.by_sensor(point, at, &zeros) * point.come.get(k).copied().unwrap_or(0.0)
             }
+            _ => self.by_sensor(point, at, effect.sensor_errors()),
         }
+    }
+
+    /// Derivative of [`Design::residual`] by errors of the sensor.
+    fn by_sensor(&self, point: &PressPoint, at: &Unpacked, by: &[SensorError]) -> DMatrix<f64> {
+        let (corrected, linear) = (self.corrected(point, at), self.linear(at));
+        let columns: Vec<_> = by.iter().map(|by| linear * corrected.derivative(*by)).collect();
+        DMatrix::from_fn(2, columns.len(), |row, column| columns[column][row])
     }
 
     /// Reading of a standard − what it should be.

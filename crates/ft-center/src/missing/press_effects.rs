@@ -46,6 +46,8 @@ pub(crate) enum PressEffect {
     Drift,
     /// The same along the course of this index.
     Course(usize),
+    /// Of the moment read under no load along the course of this index.
+    MomentCourse(usize),
     FrameScale,
     DatumOffset,
     /// Follows the temperature column of this index.
@@ -60,12 +62,19 @@ pub(crate) struct MachineErrors {
     pub(crate) load_shift_mm_per_n: Vector2<f64>,
     /// Over the whole session.
     pub(crate) drift_mm: Vector2<f64>,
-    /// What it comes to in the end, one per course.
-    pub(crate) along_mm: Vec<Vector2<f64>>,
     pub(crate) scale: f64,
     pub(crate) datum_mm: Vector2<f64>,
     /// One per temperature column.
     pub(crate) growth_mm_per_k: Vec<Vector2<f64>>,
+}
+
+/// What drifts along a course come to in the end, one per course; zero in those of the others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct AlongCourses {
+    /// The machine against the sensor.
+    pub(crate) machine_mm: Vec<Vector2<f64>>,
+    /// The moment read under no load.
+    pub(crate) moment_nmm: Vec<Vector2<f64>>,
 }
 
 impl PressEffect {
@@ -98,6 +107,7 @@ impl PressEffect {
             Self::LoadShift
             | Self::Drift
             | Self::Course(_)
+            | Self::MomentCourse(_)
             | Self::FrameScale
             | Self::DatumOffset
             | Self::Temperature(_)
@@ -111,6 +121,7 @@ impl PressEffect {
         amplitude: &DVector<f64>,
         sensor: &mut SensorErrors,
         machine: &mut MachineErrors,
+        along: &mut AlongCourses,
     ) {
         let pair = || Vector2::new(amplitude[0], amplitude[1]);
         match self {
@@ -138,7 +149,8 @@ impl PressEffect {
             Self::LateralCompliance => sensor.give_mm_per_n = amplitude[0],
             Self::LoadShift => machine.load_shift_mm_per_n = pair(),
             Self::Drift => machine.drift_mm = pair(),
-            Self::Course(course) => machine.along_mm[course] = pair(),
+            Self::Course(course) => along.machine_mm[course] = pair(),
+            Self::MomentCourse(course) => along.moment_nmm[course] = pair(),
             Self::FrameScale => machine.scale = amplitude[0],
             Self::DatumOffset => machine.datum_mm = pair(),
             Self::Temperature(column) => machine.growth_mm_per_k[column] = pair(),
@@ -225,7 +237,7 @@ impl PressEffect {
                 "the sensor reads a constant normal force under no load",
                 vec![parameter("fz", "N", 1.0)],
             ),
-            Self::MomentDrift => (
+            Self::MomentDrift | Self::MomentCourse(_) => (
                 "bias-drift",
                 "moment",
                 "the moment read under no load drifts evenly from the first press to the last",
@@ -413,17 +425,18 @@ impl Catalogue {
     }
 
     /// Errors of sensor and machine at the amplitudes of `at`.
-    pub(crate) fn errors(&self, at: &State) -> (SensorErrors, MachineErrors) {
+    pub(crate) fn errors(&self, at: &State) -> (SensorErrors, MachineErrors, AlongCourses) {
         let none = |is: fn(&&PressEffect) -> bool| {
             vec![Vector2::zeros(); self.effects.iter().filter(is).count()]
         };
+        let courses = none(|e| matches!(e, PressEffect::Course(_) | PressEffect::MomentCourse(_)));
+        let mut along = AlongCourses { machine_mm: courses.clone(), moment_nmm: courses };
         let growth_mm_per_k = none(|e| matches!(e, PressEffect::Temperature(_)));
-        let along_mm = none(|e| matches!(e, PressEffect::Course(_)));
         let mut sensor = SensorErrors::default();
-        let mut machine = MachineErrors { along_mm, growth_mm_per_k, ..MachineErrors::default() };
+        let mut machine = MachineErrors { growth_mm_per_k, ..MachineErrors::default() };
         for (effect, amplitude) in self.effects.iter().zip(&at.amplitudes) {
-            effect.apply(amplitude, &mut sensor, &mut machine);
+            effect.apply(amplitude, &mut sensor, &mut machine, &mut along);
         }
-        (sensor, machine)
+        (sensor, machine, along)
     }
 }

@@ -145,14 +145,17 @@ impl PressModel {
         Ok(model.with_shown(shown))
     }
 
-    fn drift(&self) -> Option<usize> {
-        self.design.catalogue.effects.iter().position(|e| *e == PressEffect::Drift)
+    /// What goes on evenly, as far as it is looked for along other courses.
+    fn drifts(&self) -> Vec<usize> {
+        let effects = self.design.catalogue.effects.iter().enumerate();
+        let is_drift = |e: &PressEffect| matches!(e, PressEffect::Drift | PressEffect::MomentDrift);
+        effects.filter(|(_, effect)| is_drift(effect)).map(|(index, _)| index).collect()
     }
 
     /// What is looked for in the residual. Presses are in the order made, as their records have times:
     /// a session need not lie among the others.
     fn sought<'a>(&self, elapsed: &'a [f64]) -> Sought<'a> {
-        Sought { drifts: self.drift().into_iter().collect(), elapsed, ..Sought::default() }
+        Sought { drifts: self.drifts(), elapsed, ..Sought::default() }
     }
 
     /// At each press, as a share of the session.
@@ -163,10 +166,13 @@ impl PressModel {
     /// The model with what its residual shows in the catalogue.
     fn with_shown(mut self, shown: Shown) -> Self {
         for (index, (drift, course)) in shown.courses.iter().enumerate() {
-            let reported = ("µm", 1e3);
+            let (of, reported) = match self.design.catalogue.effects[*drift] {
+                PressEffect::MomentDrift => (PressEffect::MomentCourse(index), ("N·mm", 1.0)),
+                _ => (PressEffect::Course(index), ("µm", 1e3)),
+            };
             let effect = course.effect(&self, *drift, &self.elapsed(), "of the session", reported);
             self.declared.effects.push(effect);
-            self.design.catalogue.effects.push(PressEffect::Course(index));
+            self.design.catalogue.effects.push(of);
         }
         self.shown = shown;
         for at in 0..self.points.len() {

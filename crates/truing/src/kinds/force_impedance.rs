@@ -26,7 +26,8 @@ pub use estimates::{ContactForceEstimate, ForceBlock, ForceImpedanceEstimates, I
 pub use path_estimates::{PathCell, PathError, PathForceEstimates};
 
 use settings::{
-    CELLS, HeadSettings, ImpedanceSettings, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH, PAUSE, Settings,
+    CELLS, HeadSettings, ImpedanceSettings, KNOWN, LEG_ANGLES_DEG, LENGTH_TOL, LENGTHS, LOG, PATH,
+    PAUSE, Settings,
 };
 use suspects::{NORMAL, REFERENCE};
 
@@ -169,7 +170,7 @@ impl From<&ImpedanceSettings> for ImpedanceParameters {
 }
 
 fn head(s: &HeadSettings, document: &Document) -> Result<Head, Error> {
-    let angles = s.leg_angles_deg.map_or([90.0, 210.0, 330.0], |a| a.map(|Finite(a)| a));
+    let angles = s.leg_angles_deg.map_or(LEG_ANGLES_DEG, |a| a.map(|Finite(a)| a));
     let [x, y, z] = s.gravity.map_or([0.0, 0.0, -1.0], |g| g.map(|Finite(g)| g));
     let gravity = Unit::try_new(Vector3::new(x, y, z), LENGTH_TOL).ok_or_else(|| {
         let message = "`[head] gravity` must not be the zero vector; it points down in the Y frame";

@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::Error;
 use crate::case::{Change, Columns, Edit, Problem, Table};
-use crate::suspect::{Hypothesis, component_shifted};
+use crate::suspect::{Hypothesis, component_shifted, signs};
 
 pub(crate) const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
@@ -33,6 +33,18 @@ pub(crate) fn orientations(
 pub(crate) fn mistakes_of_quaternion(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
     let mut all = component_shifted(file, table, &QUATERNION, LENGTH_TOL);
     all.extend(scalar_last(file));
+    all.extend(turned(file, table));
+    all
+}
+
+/// Components of the vector part of the opposite sign; all of them, the last of the sets, make the conjugate.
+fn turned(file: &'static str, table: Option<&Table>) -> Vec<Hypothesis> {
+    let mut all = signs(file, table, &QUATERNION[1..]);
+    if let Some(conjugate) = all.last_mut() {
+        conjugate.description.push_str(
+            "; these are the conjugates, the inverse orientations: they map base axes to those of the sensor or flange",
+        );
+    }
     all
 }
 

@@ -125,7 +125,7 @@ impl ShapeName {
                 &["radius_mm", "conic", "coefficients", "diameter_mm", "aperture_center_mm"]
             }
             Self::Polynomial => &["unit_mm", "terms"],
-            Self::Mesh => &["file"],
+            Self::Mesh => &["file", "unit_mm"],
             Self::Grid => &[],
             Self::Nurbs => &["degree", "knots_u", "knots_v"],
             Self::Sphere => &["radius_mm", "center_mm", "side"],
@@ -262,10 +262,14 @@ impl SurfaceSettings {
         let fail = |problem| Error::Shape { path: path.clone(), problem };
         let format = Format::of(&path).map_err(fail)?;
         let bytes = folder.named(file, at.clone())?;
-        let Shape::Mesh(mesh) = format.parse(&bytes).map_err(fail)? else {
+        let Shape::Mesh(mut mesh) = format.parse(&bytes).map_err(fail)? else {
             let message = format!("[surface] file: {} holds points, not triangles", quote(file));
             return Err(Error::case(at, Problem::WrongValue { message }));
         };
+        // No mesh format says its unit.
+        if let Some(Positive(unit_mm)) = self.unit_mm {
+            mesh.vertices_mm.iter_mut().for_each(|vertex| vertex.coords *= unit_mm);
+        }
         let words = format!("mesh of {} triangles", mesh.faces.len());
         let mesh = match form {
             Some(form) => form.on_mesh(&mesh).ok_or_else(|| {

@@ -39,7 +39,7 @@ fn far_apart_by(fitted: &Fitted, apart: f64) -> Option<Vec<usize>> {
 }
 
 /// A few samples of a record, each of which is several times as far off as any other, or the farthest where a channel
-/// jumps in that alone: of the one of these columns that jumps there, else of the first.
+/// jumps in that alone: of the one of these columns that jumps there, else of any.
 pub(crate) fn spikes(
     file: &'static str,
     table: Option<&Table>,
@@ -68,8 +68,8 @@ pub(crate) fn spikes(
             far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
                 || alone(&name, &far)
         });
-    let column = jumping.or_else(|| columns.first().copied())?;
     let channel = jumping.map_or_else(|| "a channel".to_owned(), |name| listed(&[name]));
+    let of: &[&str] = jumping.as_ref().map_or(columns, std::slice::from_ref);
     let (rows, do_not) = if far.len() == 1 { ("a row", "does not") } else { ("rows", "do not") };
     let description = format!(
         "{rows} of {file} in line {} {do_not} fit the others, by several times as much as any other: a spike of \
@@ -77,7 +77,7 @@ pub(crate) fn spikes(
         lines_of(table, &marked)
     );
     let edits = vec![rows_left_out(file, &marked)];
-    let found = Hypothesis::of("input:spike", (file, &[column]), description, edits);
+    let found = Hypothesis::of("input:spike", (file, of), description, edits);
     Some(if are_clear { found.clear() } else { found.unphysical() })
 }
 

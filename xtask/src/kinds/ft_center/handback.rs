@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::generators::vector::{add, cross, norm, scale};
 use crate::handback::Left;
 use crate::handback::folder::{Folder, Table};
-use crate::handback::loops::{accepted, amplitude, close, numbers, settled, step, subjects};
+use crate::handback::loops::{accepted, amplitude, begun, close, numbers, settled, step, subjects};
 use crate::kinds::ft_center::gravity_scenes::{self, turned};
 use crate::kinds::ft_center::press::{Fault, Session, simulate};
 use crate::kinds::ft_center::press_tables::{case_toml, presses_csv, wrench_csv};
@@ -36,6 +36,7 @@ fn every_error_of_sensor_and_machine_is_taken_off_by_its_formula() {
         Fault::Bias([0.0, 0.0, 1.5, 0.0, 0.0, 0.0]),
         Fault::BiasDrift([0.0, 0.0, 0.0, 60.0, 40.0, 0.0]),
         Fault::BiasDrift([0.0, 0.0, 2.0, 0.0, 0.0, 0.0]),
+        Fault::BiasSettles([0.0, 0.0, 0.0, 60.0, 40.0, 0.0]),
         Fault::MomentGain(0.05),
         Fault::ForceGain(0.05),
         Fault::Crosstalk(3, 4, 0.05),
@@ -59,7 +60,10 @@ fn every_error_of_sensor_and_machine_is_taken_off_by_its_formula() {
         ];
         let folder = Folder::written(&format!("ft-center/{seed}"), &files);
         let json = close(&folder);
-        assert!(!accepted(&json).is_empty(), "{fault:?}");
+        let found = accepted(&json);
+        assert!(!found.is_empty(), "{fault:?}");
+        let settles = found.iter().any(|effect| effect == "bias-drift [moment, settling]");
+        assert_eq!(settles, matches!(fault, Fault::BiasSettles(_)), "{found:?}");
         presses(&folder, &json).assert_is(&format!("{fault:?}"), &json);
     }
 }
@@ -92,12 +96,16 @@ fn presses(folder: &Folder, json: &Value) -> Left {
     let z0_mm = document["contact"]["z0_mm"].as_float().expect("z0");
     let table = folder.table("presses.csv");
     let at = [table.numbers("machine_x_mm"), table.numbers("machine_y_mm")];
+    let names = table.texts("press").to_vec();
     let frame = &json["estimates"]["frame"];
     let centers = json["estimates"]["centers"].as_array().expect("centres");
     let elapsed = elapsed(folder, centers.len());
     let mut left = Left::default();
     for (i, center) in centers.iter().enumerate() {
-        let sensor = sensor_centre(json, &center["mean_wrench"], elapsed[i], z0_mm);
+        let zeros = ["mx", "my"].map(|name| moment_moved(json, &names, name, (i, elapsed[i])));
+        let read = &center["mean_wrench"];
+        let moments = [number(read, "mx_nmm") - zeros[0], number(read, "my_nmm") - zeros[1]];
+        let sensor = sensor_centre(json, (read, moments), elapsed[i], z0_mm);
         let commanded = [at[0][i], at[1][i]];
         let machine = machine_place(frame, sensor);
         let size = sensor.iter().chain(&commanded).fold(100.0, |m: f64, v| m.max(v.abs()));
@@ -153,7 +161,12 @@ fn of(json: &Value, id: &str, subject: Option<&str>, name: &str, factor: f64) ->
 }
 
 /// Centre of pressure in the sensor frame, by the formulas of `docs/ft-center.md`.
-fn sensor_centre(json: &Value, read: &Value, elapsed: f64, z0_mm: f64) -> [f64; 2] {
+fn sensor_centre(
+    json: &Value,
+    (read, moments): (&Value, [f64; 2]),
+    elapsed: f64,
+    z0_mm: f64,
+) -> [f64; 2] {
     let a = |id: &str, subject: Option<&str>, name: &str, factor: f64| {
         of(json, id, subject, name, factor)
     };
@@ -161,12 +174,9 @@ fn sensor_centre(json: &Value, read: &Value, elapsed: f64, z0_mm: f64) -> [f64; 
     let force = Some("normal force");
     let gain = a("moment-gain", None, "gain error", 1e-6);
     let unequal = a("moment-gain", Some("mx against my"), "gain error", 1e-6);
-    let mut mx = number(read, "mx_nmm")
-        - a("sensor-bias", moment, "mx", 1.0)
-        - a("bias-drift", moment, "mx", 1.0) * elapsed;
-    let mut my = number(read, "my_nmm")
-        - a("sensor-bias", moment, "my", 1.0)
-        - a("bias-drift", moment, "my", 1.0) * elapsed;
+    let [mut mx, mut my] = moments;
+    mx -= a("sensor-bias", moment, "mx", 1.0) + a("bias-drift", moment, "mx", 1.0) * elapsed;
+    my -= a("sensor-bias", moment, "my", 1.0) + a("bias-drift", moment, "my", 1.0) * elapsed;
     let mut fz = number(read, "fz_n")
         - a("sensor-bias", force, "fz", 1.0)
         - a("bias-drift", force, "fz", 1.0) * elapsed;
@@ -208,6 +218,18 @@ fn sensor_centre(json: &Value, read: &Value, elapsed: f64, z0_mm: f64) -> [f64; 
             - a("slip", None, "y", 1e-3) * fy.signum()
             - along * fy,
     ]
+}
+
+/// How far the zero of a moment has moved at a press, to rest or for a session.
+fn moment_moved(json: &Value, names: &[String], name: &str, (press, elapsed): (usize, f64)) -> f64 {
+    let to_rest = subjects(json, "bias-drift").into_iter().map(|(subject, step)| match subject {
+        "moment, settling" | "moment, settling to zero" => {
+            amplitude(step, name) * settled(step, elapsed, false, 2)
+        }
+        _ => 0.0,
+    });
+    let sessions = begun(json, ("session-shift", "moment, "), names, press).into_iter();
+    to_rest.sum::<f64>() + sessions.map(|step| amplitude(step, name)).sum::<f64>()
 }
 
 /// Where a point of the sensor is in the machine: in true lengths from the point of reference, where

@@ -20,6 +20,8 @@ pub(crate) enum Fault {
     Bias([f64; 6]),
     /// Bias that grows in proportion to time: total over the session.
     BiasDrift([f64; 6]),
+    /// Bias that grows and comes to rest, its time constant a quarter of the session: in the end.
+    BiasSettles([f64; 6]),
     /// Moments read too large, relative.
     MomentGain(f64),
     /// Normal force read too large, relative.
@@ -391,6 +393,10 @@ impl Rig<'_> {
             match fault {
                 Fault::Bias(bias) => (0..6).for_each(|i| reading[i] += bias[i]),
                 Fault::BiasDrift(total) => (0..6).for_each(|i| reading[i] += total[i] * progress),
+                Fault::BiasSettles(total) => {
+                    let come = 1.0 - (-4.0 * progress).exp();
+                    (0..6).for_each(|i| reading[i] += total[i] * come);
+                }
                 Fault::MomentGain(gain) => (3..6).for_each(|i| reading[i] *= 1.0 + gain),
                 Fault::ForceGain(gain) => reading[2] *= 1.0 + gain,
                 Fault::Crosstalk(reads, leaks, factor) => reading[reads] += factor * wrench[leaks],

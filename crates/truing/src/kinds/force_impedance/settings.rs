@@ -27,6 +27,8 @@ pub(super) const KNOWN: &[&str] = &[
 pub(super) const LENGTHS: [&str; 4] = ["l1_mm", "l2_mm", "l3_mm", "l4_mm"];
 pub(super) const CELLS: [&str; 4] = ["f1_n", "f2_n", "f3_n", "f4_n"];
 
+/// Where the legs stand unless the case says otherwise.
+pub(super) const LEG_ANGLES_DEG: [f64; 3] = [90.0, 210.0, 330.0];
 /// A step in time this many times the usual one is a pause, not a lost sample or two.
 pub(super) const PAUSE: f64 = 5.0;
 /// Vectors printed with four digits are this close to unit length; others are slips.

@@ -3,16 +3,16 @@
 use force_impedance::{LogSample, PathSample};
 
 use super::session;
-use super::settings::{CELLS, KNOWN, LENGTH_TOL, LENGTHS, LOG, PATH};
+use super::settings::{CELLS, KNOWN, LEG_ANGLES_DEG, LENGTH_TOL, LENGTHS, LOG, PATH};
 use crate::case::Table;
 use crate::count::{count, rms};
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
     Dimension, Hypothesis, Proof, Record, Twice, Yardstick, channels, clocks, component_shifted,
-    copies, cycles, doubled, exchanged_blocks, exchanges, held, increments, lengths, points_lost,
-    rows_left_out, rows_shifted, rows_shifted_by, scaled_setting, signs, spikes, spread_of,
-    standing_still, stretches, units, units_from_a_row, zeros,
+    copies, cycles, doubled, exchanged_blocks, exchanges, held, increments, lengths, numbers,
+    other_setting, points_lost, rows_left_out, rows_shifted, rows_shifted_by, scaled_setting,
+    signs, spikes, spread_of, standing_still, stretches, units, units_from_a_row, zeros,
 };
 
 pub(super) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -107,7 +107,31 @@ fn of_head(files: &Files) -> Vec<Hypothesis> {
     all.extend(weight.iter().filter_map(|(what, factor)| {
         scaled_setting(document, &["head", "weight_n"], "input:unit", what, *factor)
     }));
+    all.extend(legs_numbered_otherwise(files));
     all
+}
+
+/// The angles of the legs by another numbering than lengths and cells have, which their table may have instead.
+fn legs_numbered_otherwise(files: &Files) -> Vec<Hypothesis> {
+    const ORDERS: [([usize; 3], &str); 5] = [
+        ([1, 2, 0], "numbered one further"),
+        ([2, 0, 1], "numbered one back"),
+        ([0, 2, 1], "numbered the other way round, 2 and 3 exchanged"),
+        ([2, 1, 0], "numbered the other way round, 1 and 3 exchanged"),
+        ([1, 0, 2], "numbered the other way round, 1 and 2 exchanged"),
+    ];
+    let path = ["head", "leg_angles_deg"];
+    let given = numbers(&files.document, &path).unwrap_or_else(|| LEG_ANGLES_DEG.to_vec());
+    let Ok(angles_deg) = <[f64; 3]>::try_from(given) else { return Vec::new() };
+    let of = |(order, said): ([usize; 3], &str)| {
+        let other = order.map(|leg| angles_deg[leg]);
+        let what = format!(
+            "in another numbering than the cells and lengths of {LOG} (exchanged): the legs are {said}, at {other:?}"
+        );
+        let value = toml::Value::Array(other.map(toml::Value::Float).to_vec());
+        other_setting(&path, "input:exchanged", &what, value)
+    };
+    ORDERS.into_iter().map(of).collect()
 }
 
 /// The reference on another clock or in other rows, where its residual is known.

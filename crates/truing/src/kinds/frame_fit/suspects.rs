@@ -134,7 +134,6 @@ fn poses(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(exchanges(POSES, table, &COORDINATES));
     all.extend(cycles(POSES, table, COORDINATES));
     all.extend(mistakes_of_quaternion(POSES, table));
-    all.extend(signs(POSES, table, &QUATERNION[1..]));
     all.extend(exchanges(POSES, table, &QUATERNION));
     all.extend(rows_shifted(POSES, table, &["place"], None));
     all.extend(swapped_names(POSES, table, "place", MOST_PLACES));

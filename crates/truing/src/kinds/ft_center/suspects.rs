@@ -141,7 +141,6 @@ fn gravity(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis> {
     all.extend(copies(GRAVITY, table, &MOMENTS, Proof::Data));
     all.extend(of_wrench(GRAVITY, table));
     all.extend(mistakes_of_quaternion(GRAVITY, table));
-    all.extend(signs(GRAVITY, table, &QUATERNION[1..]));
     all.extend(exchanges(GRAVITY, table, &QUATERNION));
     all.extend(gravity_elsewhere(files));
     all.extend(rows_shifted(GRAVITY, table, &wrench, None));

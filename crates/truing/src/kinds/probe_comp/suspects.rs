@@ -7,7 +7,7 @@ use super::estimates::ProbeCompEstimates;
 use super::settings::{MICRO, TOUCHES};
 use super::tables::{APPROACH, KNOWN, UNIT_TOL};
 use crate::case::Table;
-use crate::count::count;
+use crate::count::rms;
 use crate::kind::Files;
 use crate::kinds::surface::{
     XYZ, mistakes_of_drawing, mistakes_of_points, mistakes_of_rows, yardstick_of,
@@ -16,7 +16,7 @@ use crate::measured::Fitted;
 use crate::residual::Residual;
 use crate::suspect::{
     Hypothesis, component_shifted, exchanges, lengths, lines_of, number, other_setting,
-    rows_left_out, rows_shifted, signs,
+    rows_left_out, rows_shifted, rows_shifted_by, signs,
 };
 
 /// Root mean square sine of the angle between approach and normal from which on it is asked why: 10°.
@@ -90,8 +90,8 @@ fn compensated_rows(files: &Files, table: &Table, fitted: &Fitted) -> Option<Hyp
     holds.into_iter().find_map(of)
 }
 
-/// Coordinates exchanged or mirrored so that the part looks the same, as one of revolution does: the touches then
-/// come from beside the normals of where they seem to be, and along those of where they were.
+/// Coordinates exchanged or mirrored so that the part looks the same, as one of revolution does, or approaches of other
+/// rows: the touches then come from beside the normals of where they seem to be, and along those of where they were.
 fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
     let found = fitted.estimates.downcast_ref::<ProbeCompEstimates>()?;
     let [nx, ny, nz] = APPROACH.map(|name| table.numbers(name));
@@ -100,32 +100,35 @@ fn against_approaches(table: &Table, fitted: &Fitted) -> Option<Hypothesis> {
         found.touches.iter().map(|t| Vector3::new(t.nx, t.ny, t.nz)).collect();
     // Of a part that the touches do not fit the normals say nothing.
     let places: Vec<[f64; 3]> = found.touches.iter().map(|t| [t.x_mm, t.y_mm, t.z_mm]).collect();
-    let rms = Residual::of(fitted.observations.iter(), 1, fitted.unit).rms.unwrap_or(0.0);
+    let misfit_mm = Residual::of(fitted.observations.iter(), 1, fitted.unit).rms.unwrap_or(0.0);
     let yardstick = yardstick_of(places.iter().map(|place| &place[..]));
-    if normals.len() != nx.len() || rms > yardstick.gross * yardstick.spread {
+    if normals.len() != nx.len() || misfit_mm > yardstick.gross * yardstick.spread {
         return None;
     }
-    let besides = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
-        let beside = |(row, normal): (usize, &Vector3<f64>)| {
+    // Of the touches whose normals are those of others, where there are these.
+    let besides = |of: &dyn Fn(usize) -> Option<Vector3<f64>>| {
+        let beside = |row: usize| {
             let came = Vector3::new(nx[row], ny[row], nz[row]);
-            came.cross(&of(normal)).norm() / came.norm()
+            Some(came.cross(&of(row)?).norm() / came.norm())
         };
-        let squares = normals.iter().enumerate().map(beside).map(|sine| sine * sine);
-        (squares.sum::<f64>() / count(normals.len())).sqrt()
+        rms((0..normals.len()).filter_map(beside))
     };
-    let now = besides(&|normal| *normal);
-    let mut best: Option<(f64, Hypothesis)> = None;
-    for symmetry in symmetries(table) {
-        let then = besides(&|normal| symmetry.of(normal));
-        if then * STRAIGHTER <= now && best.as_ref().is_none_or(|(least, _)| then < *least) {
-            best = Some((then, symmetry.hypothesis));
-        }
-    }
-    let (then, found) = best.filter(|_| now >= BESIDE)?;
+    let now = besides(&|row| Some(normals[row]));
+    let turned = symmetries(table).into_iter().map(|symmetry| {
+        let then = besides(&|row| Some(symmetry.of(&normals[row])));
+        (then, symmetry.hypothesis, " (or the same is wrong with `nx`, `ny`, `nz`)")
+    });
+    let shifted = [1, -1].into_iter().filter_map(|by| {
+        let of_row = |row: usize| normals.get(row.checked_add_signed(-by)?).copied();
+        let hypotheses = rows_shifted_by(TOUCHES, Some(table), &APPROACH, None, by);
+        Some((besides(&of_row), hypotheses.into_iter().next()?, ""))
+    });
+    let straighter = turned.chain(shifted).filter(|(then, ..)| then * STRAIGHTER <= now);
+    let (then, found, or) =
+        straighter.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|_| now >= BESIDE)?;
     let degrees = |sine: f64| sine.min(1.0).asin().to_degrees();
     let description = format!(
-        "{}; as they are the touches came from {:.0}° beside the normals, then from {:.0}° (or the same is wrong \
-         with `nx`, `ny`, `nz`)",
+        "{}; as they are the touches came from {:.0}° beside the normals, then from {:.0}°{or}",
         found.description,
         degrees(now),
         degrees(then)

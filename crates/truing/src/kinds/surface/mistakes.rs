@@ -48,6 +48,7 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
         scaled_setting(document, &conic, "input:eccentricity", what, -e)
     }));
     all.extend(lengths(document, &["surface", "unit_mm"]));
+    all.extend(unit_of_mesh(document));
     all.extend(terms_turned(document));
     all.extend(poles(document));
     all.extend(mistakes_of_heights(files));
@@ -60,6 +61,23 @@ pub(crate) fn mistakes_of_drawing(files: &Files) -> Vec<Hypothesis> {
         0.0,
     ));
     all
+}
+
+/// A mesh in another unit than mm, where nothing is said of it.
+fn unit_of_mesh(document: &Document) -> Vec<Hypothesis> {
+    const UNITS_MM: [(&str, f64); 4] =
+        [("inches", 25.4), ("metres", 1e3), ("cm", 10.0), ("µm", 1e-3)];
+    let shape = document.value(&["surface", "shape"]);
+    let is_mesh = shape.is_some_and(|shape| shape.as_str() == Some("mesh"));
+    let path = ["surface", "unit_mm"];
+    if !is_mesh || document.value(&path).is_some() {
+        return Vec::new();
+    }
+    let of = |(unit, unit_mm): &(&str, f64)| {
+        let what = format!("1 as it is not given, but the mesh is in {unit}: {unit_mm}");
+        other_setting(&path, "input:unit", &what, toml::Value::Float(*unit_mm))
+    };
+    UNITS_MM.iter().map(of).collect()
 }
 
 /// Unit, sign and order of the columns of heights that the part was drawn by, or that its form was measured by.

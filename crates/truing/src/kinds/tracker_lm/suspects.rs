@@ -1,6 +1,7 @@
 //! What may be wrong with a survey of a rotary axis.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 use tracker_lm::{Survey, TargetSurvey};
@@ -94,6 +95,7 @@ pub(super) fn mistakes(files: &Files, fitted: Option<&Fitted>) -> Vec<Hypothesis
             (read.zip(far).into_iter())
                 .flat_map(|(read, far)| lock_shifted((file, read), &locks, &far)),
         );
+        all.extend(read.into_iter().flat_map(|read| station_shifted(file, read, &locks)));
         all.extend(signs(file, read, &column));
         for of in ["station", "mount"] {
             all.extend(readings_of_one(file, read, (of, &column), Dimension::Length));
@@ -171,6 +173,26 @@ fn turned_signs(file: &'static str, read: Option<&Table>, locks: &[Vec<usize>]) 
     let turned = locks.iter().flat_map(|lock| lock.windows(3)).filter(is_turned);
     let slip = |three: &[usize]| slip_of_sign(file, read, (DISPLACEMENT, &values), three[1]);
     turned.take(MOST_TURNED).map(slip).collect()
+}
+
+/// The readings of one station one row further down or up in every lock of it, where the rows of each follow each
+/// other.
+fn station_shifted(file: &'static str, read: &Table, locks: &[Vec<usize>]) -> Vec<Hypothesis> {
+    let Some(station) = read.column("station") else { return Vec::new() };
+    let mut of_stations: BTreeMap<&str, Vec<Range<usize>>> = BTreeMap::new();
+    for lock in locks {
+        let block = lock[0]..lock[0] + lock.len();
+        if lock[lock.len() - 1] + 1 != block.end {
+            return Vec::new();
+        }
+        of_stations.entry(read.cell(lock[0], station)).or_default().push(block);
+    }
+    let of = |(name, blocks): (&&str, &Vec<Range<usize>>)| {
+        let said = format!(" in every lock of station `{name}`");
+        let by = |by| blocks_shifted((file, read), &[DISPLACEMENT], (blocks, &*said), by);
+        [1, -1].into_iter().flat_map(by).collect::<Vec<_>>()
+    };
+    of_stations.iter().flat_map(of).collect()
 }
 
 /// The readings of one lock one row further down or up: of the lock that lies farthest off, where its rows
