@@ -2,7 +2,7 @@
 
 use crate::algebra::linearised::groups_are_runs;
 use crate::levels::{NEIGHBOURS_AGREE, ONLY_NOISE};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::choice::context::Context;
@@ -34,9 +34,6 @@ const LATER: std::ops::RangeInclusive<usize> = 2..=8;
 /// variance, of a period of seven observations or of twice the series, one in thirty is not.
 const HARDLY_LONGER: f64 = 1.0;
 const NOTHING_LATER: f64 = 0.05;
-
-/// Share of the largest mean square along a principal axis below which positions are flat across it.
-const FLAT: f64 = 1e-12;
 
 /// Squared distances that differ by less are the same, over the spread of all places.
 const AS_FAR: f64 = 1e-9;
@@ -234,48 +231,31 @@ fn neighbour_pairs(
     (!pairs.is_empty()).then_some(pairs)
 }
 
-/// What makes a place, one list of values per axis, each of unit spread: positions along their principal axes, so that
-/// places are as far apart in any frame.
+/// What makes a place, one list of values per axis: positions over the spread of all of them, so that places are as far
+/// apart in any frame, and what lies flat is not looked at from the side; anything else over its own.
 fn axes_of(context: &Context<'_>) -> Vec<Vec<f64>> {
     let is_of_place =
         |c: &&Covariate| c.origin == Origin::Coordinate && c.quantity != Quantity::Order;
     let coordinates = context.covariates.iter().filter(is_of_place);
     let (positions, others): (Vec<&Covariate>, Vec<&Covariate>) =
         coordinates.partition(|c| c.quantity == Quantity::Position);
-    let mut axes: Vec<Vec<f64>> = others.into_iter().map(|c| of_unit_spread(&c.values)).collect();
-    if positions.is_empty() {
-        return axes;
-    }
-    let columns: Vec<DVector<f64>> = positions
-        .iter()
-        .map(|c| DVector::from_column_slice(&c.values).add_scalar(-mean_of(&c.values)))
-        .collect();
-    let all = DMatrix::from_columns(&columns);
-    let principal = SymmetricEigen::new(all.tr_mul(&all));
-    let largest = principal.eigenvalues.amax();
-    for (direction, square) in
-        principal.eigenvectors.column_iter().zip(principal.eigenvalues.iter())
-    {
-        if *square > FLAT * largest {
-            axes.push(of_unit_spread((&all * direction).as_slice()));
-        }
-    }
-    axes
+    let over =
+        |c: &Covariate, scale: f64| -> Vec<f64> { c.values.iter().map(|v| v / scale).collect() };
+    let of_positions: f64 = positions.iter().map(|c| spread(&c.values)).sum();
+    let scale = if of_positions > 0.0 { of_positions.sqrt() } else { 1.0 };
+    let others = others.into_iter().map(|c| {
+        let own = spread(&c.values).sqrt();
+        over(c, if own > 0.0 { own } else { 1.0 })
+    });
+    others.chain(positions.iter().map(|c| over(c, scale))).collect()
 }
 
 fn mean_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / count(values.len().max(1))
 }
 
-fn of_unit_spread(values: &[f64]) -> Vec<f64> {
-    let scale = spread(values).sqrt();
-    values.iter().map(|v| v / scale).collect()
-}
-
-/// Mean square distance from the mean; 1 for a constant.
+/// Mean square distance from the mean.
 fn spread(values: &[f64]) -> f64 {
     let mean = mean_of(values);
-    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    let square = square / count(values.len().max(1));
-    if square > 0.0 { square } else { 1.0 }
+    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count(values.len().max(1))
 }

@@ -260,6 +260,20 @@ fn a_mesh_is_a_part_touched_by_a_ball() {
     assert_eq!(answer["verdict"], "nothing-missing", "{}", answer["steps"]);
 }
 
+/// No mesh says its unit: the case may, and a case that does not is told.
+#[test]
+fn a_mesh_in_inches_is_read_as_the_case_says_and_named_where_it_does_not() {
+    let inches: String = corner_stl().replace("40", &format!("{}", 40.0 / 25.4));
+    let points = points_csv(&touched_corner(2.0), 0.0);
+    let said = CORNER.replace("corner.stl\"", "corner.stl\"\nunit_mm = 25.4");
+    let case = Case::new(&[("case.toml", &said), ("points.csv", &points), ("corner.stl", &inches)]);
+    assert_pose(&case.json("solve"), [1e-5, 1e-5]);
+    case.write("case.toml", CORNER.to_owned());
+    let ended = case.run("loop");
+    let answer = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(answer.contains("the mesh is in inches: 25.4"), "{answer}");
+}
+
 #[test]
 fn a_mesh_of_one_face_leaves_three_motions_free() {
     let stl = corner_stl();

@@ -7,7 +7,7 @@ use super::{
 use crate::blunders::tables::{
     averaged, blocks_exchanged, clipped, copied, exchanged, exchanged_at_end, half_up, late,
     of_another_session, on_another_clock, reversed_of_one, scaled, scaled_in_a_third,
-    setting_scaled, settings_exchanged, shifted, shifted_up, stuck,
+    setting_scaled, setting_to, settings_exchanged, shifted, shifted_up, stuck,
 };
 
 pub(super) fn log() -> Vec<Mistake> {
@@ -80,6 +80,9 @@ pub(super) fn log() -> Vec<Mistake> {
             exchanged_at_end(f, (LOG, &["f1_n", "f3_n"]))
         }),
         of("f1 copied over f3", COPIED, |f, _| copied(f, (LOG, &["f1_n", "f3_n"]))),
+        of("legs numbered one further", EXCHANGED, |f, _| {
+            setting_to(f, "leg_angles_deg", "[210.0, 330.0, 90.0]")
+        }),
     ]
 }
 

@@ -73,6 +73,7 @@ pub(super) fn touches() -> Vec<Mistake> {
         of("coordinates in increments", INCREMENTS, |f, _| in_increments(f, (TOUCHES, XYZ))),
         of("coordinates rounded to a tenth", ROUNDED, |f, _| rounded(f, (TOUCHES, XYZ), 1)),
         of("approaches in reverse order", REVERSED, |f, _| reversed(f, (TOUCHES, APPROACH))),
+        of("approaches one row down", ROWS, |f, _| shifted(f, (TOUCHES, APPROACH))),
     ]
 }
 

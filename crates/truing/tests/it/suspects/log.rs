@@ -314,3 +314,14 @@ fn a_segment_that_lies_apart_is_no_other_unit_of_a_cell() {
     assert!(unit.is_none(), "{steps:?}");
     assert_ne!(answer["verdict"], "nothing-missing");
 }
+
+/// The legs of cells and lengths are counted from another one than the angles are.
+#[test]
+fn legs_in_another_numbering_are_named_with_their_angles() {
+    let case = log("nothing-coloured");
+    case.replace("case.toml", "[90.0, 210.0, 330.0]", "[330.0, 90.0, 210.0]");
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:exchanged", "{}", answer["steps"]);
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("leg_angles_deg") && said.contains("[90.0, 210.0, 330.0]"), "{said}");
+}

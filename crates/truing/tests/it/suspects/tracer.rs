@@ -57,6 +57,19 @@ fn rows_of_one_lock_are_shifted_back() {
     assert!(step["description"].as_str().unwrap().contains("in one lock"), "{step}");
 }
 
+#[test]
+fn rows_of_every_lock_of_one_station_are_shifted_back() {
+    let case = survey();
+    // The second station's locks; the last reading of each has come first.
+    let wrapped = |n: usize| if n.is_multiple_of(19) { n + 18 } else { n - 1 };
+    replace(&case, |n, read| read(if (76..152).contains(&n) { wrapped(n) } else { n }));
+    let (step, answer) = first(&case);
+    assert_eq!(step["effect"], "input:row-shift");
+    let said = step["description"].as_str().unwrap();
+    assert!(said.contains("one row down in every lock of station `S2`"), "{step}");
+    assert_eq!(answer["steps"].as_array().unwrap().len(), 1, "{}", answer["steps"]);
+}
+
 /// It lies so far off that nothing can be fitted.
 #[test]
 fn one_displacement_of_the_opposite_sign_is_named_with_its_line() {
