@@ -2,6 +2,7 @@
 
 use super::hypothesis::{Hypothesis, listed};
 use super::jitter::jitter;
+use super::median;
 use super::record::Record;
 use crate::case::{Change, Edit, Table};
 use crate::count::count;
@@ -18,6 +19,9 @@ const MOST_READINGS: usize = 3000;
 const OVERLAP: f64 = 0.5;
 /// Share of the misfit of a constant offset that another rate leaves at most.
 const RATE_LEAVES: f64 = 0.7;
+/// Times the misfit of a constant offset that an error of either sign, by the way the record goes, leaves where it is as
+/// good: of loads that go up and down in equal steps nobody can say which it is.
+const AS_WELL: f64 = 1.1;
 /// Parts of the record, or of each stretch, over which an offset may change.
 const STRETCHES: usize = 12;
 /// A course of time that is off by so much where it begins, and where it ends.
@@ -81,15 +85,23 @@ pub(crate) fn clocks(
     // No instrument reads ahead, and none is late for ever; what is late by less is physics.
     if !(0.0..=record.latency_s).contains(&offset_s) {
         let may_be_a_filter = (-record.latency_s..0.0).contains(&offset_s);
+        let may_be_a_reversal = record.left_of_a_reversal() <= AS_WELL * left(&whole, constant);
+        let (unless, physics) = if may_be_a_reversal {
+            let of_the_way = "; or as likely one of the two reads otherwise while the load rises than while it falls \
+                              (a reversal, hysteresis)";
+            (of_the_way, Some("reversal [by the way of the load]"))
+        } else if may_be_a_filter {
+            (", unless a filter delays the others by as much", Some("delay"))
+        } else {
+            ("", None)
+        };
         let description = format!(
             "the clock of {name} in {} is {:.4} s {} that of the other channels (time offset): \
-             move it by that{}",
+             move it by that{unless}",
             record.file,
             offset_s.abs(),
             if offset_s > 0.0 { "behind" } else { "ahead of" },
-            if may_be_a_filter { ", unless a filter delays the others by as much" } else { "" }
         );
-        let physics = may_be_a_filter.then_some("delay");
         let found_here = record.corrected(description, &whole, constant).unphysical();
         found.push(Hypothesis { physics, ..found_here });
     }
@@ -192,6 +204,23 @@ impl Record<'_> {
             n += 1;
         }
         (count(n) >= OVERLAP * count(all)).then(|| sum / count(n))
+    }
+
+    /// The same where it reads so much more while it rises, and as much less while it falls, as fits best.
+    fn left_of_a_reversal(&self) -> f64 {
+        let goes_on = |i: usize| i > 0 && self.stretch[i] == self.stretch[i - 1];
+        let way = |i: usize| {
+            let from = if goes_on(i) { i - 1 } else { i };
+            let to = if goes_on(i + 1) { i + 1 } else { i };
+            self.expected[to] - self.expected[from]
+        };
+        let last = self.read.len().saturating_sub(1);
+        let along: Vec<f64> = (self.looked_at(0..last))
+            .filter(|i| way(*i) != 0.0)
+            .map(|i| way(i).signum() * (self.expected[i] - self.read[i]))
+            .collect();
+        let middle = median(along.clone());
+        along.iter().map(|off| (off - middle).abs()).sum::<f64>() / count(along.len().max(1))
     }
 
     /// Some of the rows by which offsets are judged.

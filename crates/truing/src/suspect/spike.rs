@@ -20,7 +20,7 @@ const CLEARLY_APART: f64 = 6.0;
 /// Chance of noise below which a sample is a spike, and above which it may be none: once in a thousand records, and in 250.
 const NO_NOISE: f64 = 1e-3;
 const MAY_BE_NOISE: f64 = 4e-3;
-/// Times by which one sample is farther off than any other where a channel says the same.
+/// Times by which one sample is farther off than any other where a channel, or the law of all others, says the same.
 const FARTHER: f64 = 2.0;
 
 /// A few readings, each of which is several times as far off as any other, in their order.
@@ -53,17 +53,20 @@ pub(crate) fn spikes(
     let left: Vec<f64> =
         fitted.observations.iter().filter_map(|o| o.residual.first().copied()).collect();
     let of_left = || Some(vec![highest(&left)?]).filter(|one| stands_out(&left, one));
-    let is_of_one = |one: &Vec<usize>| one.len() == 1 && columns.iter().any(|of| alone(of, one));
+    let is_no_noise =
+        |one: &[usize]| chance_of_noise(&left, one).is_some_and(|chance| chance <= NO_NOISE);
+    let is_of_one = |one: &Vec<usize>| {
+        one.len() == 1 && (is_no_noise(one) || columns.iter().any(|of| alone(of, one)))
+    };
     let one = || far_apart_by(fitted, FARTHER).filter(is_of_one);
     let far = far_apart(fitted).or_else(of_left).or_else(one)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
-    let of_noise = chance_of_noise(&left, &far);
-    if of_noise.is_some_and(|chance| chance > MAY_BE_NOISE) {
+    if chance_of_noise(&left, &far).is_some_and(|chance| chance > MAY_BE_NOISE) {
         return None;
     }
     let are_clear = stands_out(&left, &far)
-        || of_noise.is_some_and(|chance| chance <= NO_NOISE)
+        || is_no_noise(&far)
         || jumping.is_some_and(|name| {
             far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
                 || alone(&name, &far)
