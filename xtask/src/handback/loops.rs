@@ -123,10 +123,11 @@ pub(crate) fn settled(step: &Value, elapsed: f64, is_time: bool, rows: usize) ->
     let slower = text.split(", and ").nth(1).and_then(|t| t.split(" % of it").next());
     let slower = slower.map_or(0.0, |share| 1e-2 * number(share));
     let passed = elapsed * if is_time { 3600.0 } else { crate::handback::as_f64(rows - 1) };
-    let shares = [1.0 - slower, slower];
+    // Parts of both sizes together; one that goes the other way is negative.
+    let shares = [1.0 - slower.abs(), slower];
     let left = |(constant, share): (&f64, f64)| share * (-passed / constant).exp();
     let left: f64 = constants.iter().zip(shares).map(left).sum();
-    if text.contains("1 − exp") { 1.0 - left } else { left }
+    if text.contains("1 − exp") { shares.iter().sum::<f64>() - left } else { left }
 }
 
 /// Height of the accepted patch at a point, mm: 1/e² of that at its middle where its description says.

@@ -37,6 +37,7 @@ impl Course {
     #[must_use]
     pub fn seen_in_full(&self) -> &'static str {
         match self {
+            Self::Settling(settling) if settling.goes_both_ways() => "both ways together",
             Self::Settling(settling) if settling.rests_as_declared() => "at first",
             _ => "in the end",
         }
@@ -150,10 +151,7 @@ fn courses(
         &[Rest::Away, Rest::AsDeclared]
     };
     let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, false_alarm));
-    let settling = settling.map(Course::Settling).max_by(|a, b| {
-        let explained = |course: &Course| taken(&|t| course.at(t)).unwrap_or(0.0);
-        explained(a).total_cmp(&explained(b))
-    });
+    let settling = settling.reduce(|a, b| drifts.likelier(a, b)).map(Course::Settling);
     let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
     // What comes and goes may be a part of what was measured wherever its readings do not lie among the others.

@@ -17,7 +17,7 @@ const SLOWER: [f64; 3] = [0.4, 0.6, 1.0];
 /// Times by which a slower course is slower, at least: closer ones are one.
 const APART: f64 = 2.5;
 
-/// Share of the whole that either of two courses has, at least.
+/// Share that either of two courses has, at least.
 const LEAST: f64 = 0.1;
 
 /// Share of what the time constant does to the readings that their course must leave, squared: where
@@ -27,7 +27,14 @@ const SHOWN: f64 = 1e-9;
 /// Steps of the time constant once one is found, either way.
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
 
-/// A first-order course: a spindle or a stand that warms up, a pad that sets; or two of them, a small part that is warm soon and a frame that follows.
+/// Rounds in which the numbers of two courses are moved together, parts of a step that are tried, and by which share more
+/// is to be taken to go on.
+const ROUNDS: usize = 30;
+const HALVED: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
+const MORE: f64 = 1e-9;
+
+/// A first-order course: a spindle or a stand that warms up, a pad that sets; or two of them, a small part that is warm soon and a frame that follows, or
+/// goes the other way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
     rest: Rest,
@@ -47,12 +54,26 @@ pub(crate) enum Rest {
     AsDeclared,
 }
 
+impl Rest {
+    /// How far it is at a time since its start from where it was declared to be.
+    fn at(self, t: f64, time_constant: f64) -> f64 {
+        if self == Self::Away { -(-t / time_constant).exp_m1() } else { (-t / time_constant).exp() }
+    }
+}
+
 /// The slower of two courses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Slower {
     time_constant: f64,
-    /// Of the whole, 0 to 1.
+    /// Of both courses' sizes together, −1 to 1: negative, it goes the other way.
     share: f64,
+}
+
+impl Slower {
+    /// Share of the faster one.
+    fn of_faster(&self) -> f64 {
+        1.0 - self.share.abs()
+    }
 }
 
 impl Settling {
@@ -80,6 +101,11 @@ impl Settling {
         self.rest == Rest::AsDeclared
     }
 
+    /// Whether its slower course goes the other way: its amplitude is then the size of both.
+    pub(crate) fn goes_both_ways(&self) -> bool {
+        self.slower.is_some_and(|slower| slower.share < 0.0)
+    }
+
     /// The same drift from where it started to what was declared, or the other way.
     pub(crate) fn the_other_way(&self) -> Self {
         let rest = if self.rest == Rest::Away { Rest::AsDeclared } else { Rest::Away };
@@ -88,10 +114,11 @@ impl Settling {
 
     /// How far it is at a time since its start from where it was declared to be.
     pub(crate) fn come(&self, t: f64) -> f64 {
-        let slower = self.slower.map(|s| (s.share, course(t, s.time_constant)));
-        let (share, slow) = slower.unwrap_or((0.0, 0.0));
-        let come = (1.0 - share) * course(t, self.time_constant) + share * slow;
-        if self.rest == Rest::Away { come } else { 1.0 - come }
+        let fast = self.rest.at(t, self.time_constant);
+        let both = |slower: Slower| {
+            slower.of_faster() * fast + slower.share * self.rest.at(t, slower.time_constant)
+        };
+        self.slower.map_or(fast, both)
     }
 
     /// What a unit of each of its numbers adds to how far it has come: of its time constant, and of a
@@ -99,9 +126,12 @@ impl Settling {
     fn by_constant(&self, t: f64) -> Vec<f64> {
         let sign = if self.rest == Rest::Away { 1.0 } else { -1.0 };
         let fast = sign * by_constant(t, self.time_constant);
-        let Some(Slower { time_constant, share }) = self.slower else { return vec![fast] };
-        let more = sign * (course(t, time_constant) - course(t, self.time_constant));
-        vec![(1.0 - share) * fast, share * sign * by_constant(t, time_constant), more]
+        let Some(slower) = self.slower else { return vec![fast] };
+        let Slower { time_constant, share } = slower;
+        let [own, of_faster] =
+            [time_constant, self.time_constant].map(|constant| self.rest.at(t, constant));
+        let slow = share * sign * by_constant(t, time_constant);
+        vec![slower.of_faster() * fast, slow, own - share.signum() * of_faster]
     }
 
     /// The effect for the drift of a model that goes on evenly, an effect of its catalogue, and the time
@@ -125,7 +155,8 @@ impl Settling {
         effect.by_place = self.by_place(model, drift, elapsed);
         let slower = self.slower.map_or_else(String::new, |slower| {
             let Slower { time_constant, share } = slower;
-            format!(", and {:.1} % of it with τ = {time_constant} {time_unit}", 100.0 * share)
+            let way = if share < 0.0 { " (the other way)" } else { "" };
+            format!(", and {:.1} % of it{way} with τ = {time_constant} {time_unit}", 100.0 * share)
         });
         effect.description =
             format!("{} {words}, τ = {} {time_unit}{slower}", even.description, self.time_constant);
@@ -159,10 +190,6 @@ fn by_constant(elapsed: f64, time_constant: f64) -> f64 {
     -elapsed / time_constant.powi(2) * (-elapsed / time_constant).exp()
 }
 
-fn course(elapsed: f64, time_constant: f64) -> f64 {
-    -(-elapsed / time_constant).exp_m1()
-}
-
 /// The time constant with which a drift takes most of the residual, and a second one where the first
 /// leaves what that takes; `None` where white noise might show one as clear.
 pub(crate) fn settling_of(drifts: &Drifts<'_>, rest: Rest, false_alarm: f64) -> Option<Settling> {
@@ -173,20 +200,43 @@ pub(crate) fn settling_of(drifts: &Drifts<'_>, rest: Rest, false_alarm: f64) -> 
     let moved =
         |s: &Settling, factor: f64| Settling::of(rest, s.time_constant * factor, s.searched);
     let (most, best) = drifts.refined(best, &[&moved]);
-    let columns = drifts.even.ncols();
     if !drifts.shows_constant(&best) {
         return None;
     }
-    if drifts.residual.p_value(most, columns) * count(SHARES.len()) > false_alarm {
-        return None;
-    }
-    Some(drifts.with_slower(rest, span, most).unwrap_or_else(|| {
-        let leaves_another = drifts.shows_another(&best, span, most);
-        Settling { leaves_another, ..best }
-    }))
+    let columns = drifts.even.ncols();
+    let is_clear = drifts.residual.p_value(most, columns) * count(SHARES.len()) <= false_alarm;
+    // Two that go opposite ways may leave nothing for one.
+    let beside = if is_clear { Some(most) } else { None };
+    let two = drifts.with_slower(rest, span, beside);
+    two.or_else(|| {
+        let leaves_another = is_clear && drifts.shows_another(&best, span, most);
+        is_clear.then_some(Settling { leaves_another, ..best })
+    })
 }
 
 impl Settling {
+    /// Two courses with other numbers; `None` where these are no longer two that both have a part.
+    fn moved(&self, [faster, later, share]: [f64; 3]) -> Option<Self> {
+        let slower = self.slower?;
+        let time_constant = self.time_constant + faster;
+        let slower =
+            Slower { time_constant: slower.time_constant + later, share: slower.share + share };
+        let are_two = time_constant > 0.0
+            && slower.time_constant >= APART * time_constant
+            && (LEAST..=1.0 - LEAST).contains(&slower.share.abs());
+        are_two.then_some(Self { time_constant, slower: Some(slower), ..*self })
+    }
+
+    /// Its numbers as they are printed.
+    fn rounded(&self) -> Self {
+        let of_slower = |slower: Slower| Slower {
+            time_constant: three_digits(slower.time_constant),
+            share: three_digits(slower.share),
+        };
+        let time_constant = three_digits(self.time_constant);
+        Self { time_constant, slower: self.slower.map(of_slower), ..*self }
+    }
+
     fn of(rest: Rest, time_constant: f64, searched: usize) -> Self {
         let time_constant = three_digits(time_constant);
         Self { rest, time_constant, slower: None, searched, leaves_another: false }
@@ -216,6 +266,36 @@ impl Drifts<'_> {
         Some((self.residual.explained(&self.left_of(&settling))?, settling))
     }
 
+    /// The one of two that takes more; of one constant and of two only where the two take clearly more.
+    pub(crate) fn likelier(&self, one: Settling, other: Settling) -> Settling {
+        let explained =
+            |settling: &Settling| self.residual.explained(&self.left_of(settling)).unwrap_or(0.0);
+        let (few, many) = if one.slower.is_some() && other.slower.is_none() {
+            (other, one)
+        } else {
+            (one, other)
+        };
+        let [of_few, of_many] = [&few, &many].map(explained);
+        let is_likelier = if few.slower.is_some() == many.slower.is_some() {
+            of_many > of_few
+        } else {
+            self.takes_clearly_more([of_few, of_many], many.searched)
+        };
+        if is_likelier { many } else { few }
+    }
+
+    /// Whether what two courses take, of so many that were tried, is clearly more than what one does: a second time constant
+    /// and a share.
+    fn takes_clearly_more(&self, [one, two]: [f64; 2], searched: usize) -> bool {
+        self.residual.p_value_of_more(two - one, 2, two) * count(searched) <= FALSE_ALARM
+    }
+
+    /// Whether it is more than noise does where there is not one.
+    fn takes_clearly(&self, two: f64, searched: usize) -> bool {
+        let numbers = self.even.ncols() + 3;
+        self.residual.p_value(two, numbers) * count(searched) <= FALSE_ALARM
+    }
+
     fn refined(&self, best: (f64, Settling), ways: &[Moved<'_>]) -> (f64, Settling) {
         let mut best = best;
         for step in REFINED {
@@ -229,8 +309,39 @@ impl Drifts<'_> {
         best
     }
 
-    /// Two courses, where one leaves clearly more than they do.
-    fn with_slower(&self, rest: Rest, span: f64, most: f64) -> Option<Settling> {
+    /// Two courses with all of their numbers moved together, which one by one come to a stop short of the best: Gauss and
+    /// Newton's steps, halved where they lead too far.
+    fn polished(&self, refined: (f64, Settling)) -> (f64, Settling) {
+        let mut best = refined;
+        for _ in 0..ROUNDS {
+            let Some(step) = self.step(&best.1) else { break };
+            let nearer = |part: &f64| {
+                let moved = best.1.moved(step.map(|number| number * part))?;
+                self.explained(moved).filter(|(explained, _)| *explained > best.0 * (1.0 + MORE))
+            };
+            let Some(better) = HALVED.iter().find_map(nearer) else { break };
+            best = better;
+        }
+        let rounded = self.explained(best.1.rounded());
+        rounded.filter(|(explained, _)| *explained >= refined.0).unwrap_or(refined)
+    }
+
+    /// What the residual adds to the three numbers of two courses, beside their amplitudes.
+    fn step(&self, settling: &Settling) -> Option<[f64; 3]> {
+        let left = self.left_of(settling);
+        let amplitudes = self.residual.amplitudes(&left)?;
+        let columns = left.ncols();
+        let mut all = left.insert_columns(columns, 3, 0.0);
+        for number in 0..3 {
+            let way = self.left_along(|t| settling.by_constant(t)[number]) * &amplitudes;
+            all.set_column(columns + number, &way);
+        }
+        let step = self.residual.amplitudes(&all)?;
+        Some(std::array::from_fn(|number| step[columns + number]))
+    }
+
+    /// Two courses, where one leaves clearly more than they do, or where there is no one.
+    fn with_slower(&self, rest: Rest, span: f64, of_one: Option<f64>) -> Option<Settling> {
         let slower: Vec<f64> = SHARES.iter().chain(&SLOWER).copied().collect();
         let pairs: Vec<(f64, f64)> = (SHARES.iter())
             .flat_map(|fast| slower.iter().map(move |slow| (*fast, *slow)))
@@ -261,13 +372,15 @@ impl Drifts<'_> {
             })
         };
         let more = |s: &Settling, factor: f64| {
-            let within = |share: f64| share.clamp(LEAST, 1.0 - LEAST);
+            let within = |share: f64| share.abs().clamp(LEAST, 1.0 - LEAST).copysign(share);
             of_slower(s, &|two| Slower { share: within(three_digits(two.share * factor)), ..two })
         };
-        let (explained, two) = self.refined(best, &[&faster, &later, &more]);
-        // A second time constant and a share.
-        let p_value = self.residual.p_value_of_more(explained - most, 2, explained);
-        (p_value * count(searched) <= FALSE_ALARM).then_some(two)
+        let (explained, two) = self.polished(self.refined(best, &[&faster, &later, &more]));
+        let is_clear = match of_one {
+            Some(most) => self.takes_clearly_more([most, explained], searched),
+            None => self.takes_clearly(explained, searched),
+        };
+        is_clear.then_some(two)
     }
 
     /// Whether another course, with amplitudes of its own, takes what white noise hardly ever shows
@@ -286,19 +399,19 @@ impl Drifts<'_> {
         self.left_along_each(&[&|t| one.come(t), &|t| other.come(t)])
     }
 
-    /// Share of the second of two courses in what both come to, where both have a part in it.
+    /// Share of the second of two courses in both, where both have a part in them.
     fn share(&self, one: &Settling, other: &Settling) -> Option<f64> {
         let columns = self.even.ncols();
         let both = self.left_of_both(one, other);
         let amplitudes = self.residual.amplitudes(&both)?;
         // In what each amplitude moves the readings: their units may differ.
         let moved: Vec<f64> = both.column_iter().skip(columns).map(|c| c.norm_squared()).collect();
-        let of = |k: usize| (amplitudes[k], amplitudes[columns + k], moved[k]);
-        let (part, whole) = (0..columns).map(of).fold((0.0, 0.0), |(part, whole), (a, b, m)| {
-            (part + m * b * (a + b), whole + m * (a + b) * (a + b))
-        });
-        let share = three_digits(part / whole);
-        (LEAST..=1.0 - LEAST).contains(&share).then_some(share)
+        let all = || (0..columns).map(|k| (amplitudes[k], amplitudes[columns + k], moved[k]));
+        let of = |part: fn(f64, f64) -> f64| all().map(|(a, b, m)| m * part(a, b)).sum::<f64>();
+        let alike = of(|a, b| b * (a + b)) / of(|a, b| (a + b) * (a + b));
+        let times = of(|a, b| a * b) / of(|a, _| a * a);
+        let share = three_digits(if times < 0.0 { times / (1.0 - times) } else { alike });
+        (LEAST..=1.0 - LEAST).contains(&share.abs()).then_some(share)
     }
 }
 

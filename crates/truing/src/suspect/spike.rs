@@ -20,7 +20,9 @@ const CLEARLY_APART: f64 = 6.0;
 /// Chance of noise below which a sample is a spike, and above which it may be none: once in a thousand records, and in 250.
 const NO_NOISE: f64 = 1e-3;
 const MAY_BE_NOISE: f64 = 4e-3;
-/// Times by which one sample is farther off than any other where a channel, or the law of all others, says the same.
+/// Times by which one sample is farther off than any other where the law of all others says the same, and where a channel
+/// does.
+const FARTHER_BY_LAW: f64 = 3.0;
 const FARTHER: f64 = 2.0;
 
 /// A few readings, each of which is several times as far off as any other, in their order.
@@ -55,11 +57,10 @@ pub(crate) fn spikes(
     let of_left = || Some(vec![highest(&left)?]).filter(|one| stands_out(&left, one));
     let is_no_noise =
         |one: &[usize]| chance_of_noise(&left, one).is_some_and(|chance| chance <= NO_NOISE);
-    let is_of_one = |one: &Vec<usize>| {
-        one.len() == 1 && (is_no_noise(one) || columns.iter().any(|of| alone(of, one)))
-    };
-    let one = || far_apart_by(fitted, FARTHER).filter(is_of_one);
-    let far = far_apart(fitted).or_else(of_left).or_else(one)?;
+    let one = |apart: f64| far_apart_by(fitted, apart).filter(|rows| rows.len() == 1);
+    let by_law = || one(FARTHER_BY_LAW).filter(|rows| is_no_noise(rows));
+    let by_channel = || one(FARTHER).filter(|rows| columns.iter().any(|of| alone(of, rows)));
+    let far = far_apart(fitted).or_else(of_left).or_else(by_law).or_else(by_channel)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
     if chance_of_noise(&left, &far).is_some_and(|chance| chance > MAY_BE_NOISE) {
