@@ -6,7 +6,7 @@ use crate::algebra::drifts::Drifts;
 use crate::algebra::looked_through::FALSE_ALARM;
 use crate::algebra::session::{Session, session_of};
 use crate::algebra::settling::{Rest, Settling, settling_of};
-use crate::{Effect, Model, State};
+use crate::{Effect, Model, Role, State};
 
 /// A course that the residual shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,6 +120,9 @@ pub(crate) fn likeliest_courses(
     courses(model, at, (drift, elapsed), places, any)
 }
 
+/// Parts of a series before and after which it must have been all over the place.
+const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
+
 /// Which courses are shown.
 #[derive(Clone, Copy)]
 struct Sharpness {
@@ -150,7 +153,12 @@ fn courses(
     } else {
         &[Rest::Away, Rest::AsDeclared]
     };
-    let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, false_alarm));
+    // What goes one way and comes back is a hump of what was measured, where time and place go together.
+    let fitted = of_fitted(model, places);
+    let is_mixed = |part: &f64| Session::from(part * drifts.span()).is_mixed(elapsed, &fitted);
+    let may_go_both_ways = places.is_empty() || QUARTERS.iter().all(is_mixed);
+    let asked = (false_alarm, may_go_both_ways);
+    let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, asked));
     let settling = settling.reduce(|a, b| drifts.likelier(a, b)).map(Course::Settling);
     let others = [taken(&|t| t), settling.as_ref().and_then(|course| taken(&|t| course.at(t)))];
     let is_best = |course: &Course| others.iter().all(|other| taken(&|t| course.at(t)) > *other);
@@ -163,4 +171,12 @@ fn courses(
         .map(Course::Session)
         .filter(|session| !best_alone || is_best(session));
     settling.into_iter().chain(session).collect()
+}
+
+/// The places of the observations that are fitted.
+fn of_fitted(model: &dyn Model, places: &[Option<Point3<f64>>]) -> Vec<Option<Point3<f64>>> {
+    let layout = &model.declared().layout;
+    let is_fitted = |group: usize| layout.groups[group].role == Role::Fit;
+    let groups = layout.observations.iter();
+    groups.zip(places).map(|(group, place)| place.filter(|_| is_fitted(*group))).collect()
 }

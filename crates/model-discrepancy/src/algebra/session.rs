@@ -39,6 +39,11 @@ pub struct Session {
 }
 
 impl Session {
+    /// From a time on.
+    pub(crate) fn from(begins: f64) -> Self {
+        Self { begins, ends: f64::INFINITY, searched: 1 }
+    }
+
     /// Nought before it, one while it lasts.
     pub(crate) fn come(&self, t: f64) -> f64 {
         f64::from(u8::from(t > self.begins && t < self.ends))

@@ -1,6 +1,6 @@
 //! A drift that comes to rest, found by looking for its time constant.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::drifts::{Drifts, along};
 use crate::algebra::looked_through::FALSE_ALARM;
@@ -14,8 +14,10 @@ const SHARES: [f64; 6] = [0.03, 0.05, 0.08, 0.12, 0.18, 0.27];
 /// Longer ones of a slower course beside a fast one.
 const SLOWER: [f64; 3] = [0.4, 0.6, 1.0];
 
-/// Times by which a slower course is slower, at least: closer ones are one.
+/// Times by which a slower course is slower, at least: closer ones are one, and closer ones that go the other way take most
+/// of each other, so that what is left of both is any hump.
 const APART: f64 = 2.5;
+const APART_THE_OTHER_WAY: f64 = 4.0;
 
 /// Share that either of two courses has, at least.
 const LEAST: f64 = 0.1;
@@ -26,6 +28,9 @@ const SHOWN: f64 = 1e-9;
 
 /// Steps of the time constant once one is found, either way.
 const REFINED: [f64; 5] = [1.2, 1.1, 1.05, 1.02, 1.01];
+
+/// Standard uncertainties that the amplitude of two courses that go opposite ways is off zero, all numbers free.
+const SIZED: f64 = 4.0;
 
 /// Rounds in which the numbers of two courses are moved together, parts of a step that are tried, and by which share more
 /// is to be taken to go on.
@@ -73,6 +78,12 @@ impl Slower {
     /// Share of the faster one.
     fn of_faster(&self) -> f64 {
         1.0 - self.share.abs()
+    }
+
+    /// Whether it is slower than that by enough.
+    fn is_apart(&self, faster: f64) -> bool {
+        let apart = if self.share < 0.0 { APART_THE_OTHER_WAY } else { APART };
+        self.time_constant >= apart * faster
     }
 }
 
@@ -191,8 +202,13 @@ fn by_constant(elapsed: f64, time_constant: f64) -> f64 {
 }
 
 /// The time constant with which a drift takes most of the residual, and a second one where the first
-/// leaves what that takes; `None` where white noise might show one as clear.
-pub(crate) fn settling_of(drifts: &Drifts<'_>, rest: Rest, false_alarm: f64) -> Option<Settling> {
+/// leaves what that takes, which goes the same way or, where it may, the other; `None` where white noise might show one as
+/// clear.
+pub(crate) fn settling_of(
+    drifts: &Drifts<'_>,
+    rest: Rest,
+    (false_alarm, may_go_both_ways): (f64, bool),
+) -> Option<Settling> {
     let span = drifts.span();
     let tried = |share: f64| drifts.explained(Settling::of(rest, share * span, SHARES.len()));
     let all = SHARES.iter().filter_map(|share| tried(*share));
@@ -206,8 +222,8 @@ pub(crate) fn settling_of(drifts: &Drifts<'_>, rest: Rest, false_alarm: f64) -> 
     let columns = drifts.even.ncols();
     let is_clear = drifts.residual.p_value(most, columns) * count(SHARES.len()) <= false_alarm;
     // Two that go opposite ways may leave nothing for one.
-    let beside = if is_clear { Some(most) } else { None };
-    let two = drifts.with_slower(rest, span, beside);
+    let beside = is_clear.then_some(most);
+    let two = drifts.with_slower(rest, span, (beside, may_go_both_ways));
     two.or_else(|| {
         let leaves_another = is_clear && drifts.shows_another(&best, span, most);
         is_clear.then_some(Settling { leaves_another, ..best })
@@ -222,7 +238,7 @@ impl Settling {
         let slower =
             Slower { time_constant: slower.time_constant + later, share: slower.share + share };
         let are_two = time_constant > 0.0
-            && slower.time_constant >= APART * time_constant
+            && slower.is_apart(time_constant)
             && (LEAST..=1.0 - LEAST).contains(&slower.share.abs());
         are_two.then_some(Self { time_constant, slower: Some(slower), ..*self })
     }
@@ -328,6 +344,13 @@ impl Drifts<'_> {
 
     /// What the residual adds to the three numbers of two courses, beside their amplitudes.
     fn step(&self, settling: &Settling) -> Option<[f64; 3]> {
+        let (all, _) = self.with_numbers(settling)?;
+        let step = self.residual.amplitudes(&all)?;
+        Some(std::array::from_fn(|number| step[all.ncols() - 3 + number]))
+    }
+
+    /// What the fitted parameters leave of two courses, and of a unit of each of their three numbers; and the amplitudes.
+    fn with_numbers(&self, settling: &Settling) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let left = self.left_of(settling);
         let amplitudes = self.residual.amplitudes(&left)?;
         let columns = left.ncols();
@@ -336,12 +359,34 @@ impl Drifts<'_> {
             let way = self.left_along(|t| settling.by_constant(t)[number]) * &amplitudes;
             all.set_column(columns + number, &way);
         }
-        let step = self.residual.amplitudes(&all)?;
-        Some(std::array::from_fn(|number| step[columns + number]))
+        Some((all, amplitudes))
+    }
+
+    /// Whether courses that go opposite ways have a size beside their other numbers: those that take most of each other
+    /// are any hump, and as large as one likes.
+    fn has_a_size(&self, two: &Settling, explained: f64) -> bool {
+        if !two.goes_both_ways() {
+            return true;
+        }
+        let sized = || {
+            let (all, amplitudes) = self.with_numbers(two)?;
+            let columns = amplitudes.len();
+            let covariance = all.tr_mul(&all).cholesky()?.inverse();
+            let own = covariance.view((0, 0), (columns, columns)).into_owned();
+            let square = amplitudes.dot(&own.cholesky()?.solve(&amplitudes));
+            let variance = self.residual.variance_beside(explained, all.ncols());
+            Some(square >= SIZED * SIZED * count(columns) * variance)
+        };
+        sized().unwrap_or(false)
     }
 
     /// Two courses, where one leaves clearly more than they do, or where there is no one.
-    fn with_slower(&self, rest: Rest, span: f64, of_one: Option<f64>) -> Option<Settling> {
+    fn with_slower(
+        &self,
+        rest: Rest,
+        span: f64,
+        (of_one, may_go_both_ways): (Option<f64>, bool),
+    ) -> Option<Settling> {
         let slower: Vec<f64> = SHARES.iter().chain(&SLOWER).copied().collect();
         let pairs: Vec<(f64, f64)> = (SHARES.iter())
             .flat_map(|fast| slower.iter().map(move |slow| (*fast, *slow)))
@@ -352,8 +397,13 @@ impl Drifts<'_> {
             let one = Settling::of(rest, fast * span, searched);
             let time_constant = three_digits(slow * span);
             let share = self.share(&one, &Settling::of(rest, time_constant, 1))?;
+            // Of two that go the same way one shows, too.
+            if if share < 0.0 { !may_go_both_ways } else { of_one.is_none() } {
+                return None;
+            }
             let two = Slower { time_constant, share };
-            self.explained(Settling { slower: Some(two), ..one })
+            let is_apart = two.is_apart(one.time_constant);
+            is_apart.then(|| self.explained(Settling { slower: Some(two), ..one })).flatten()
         };
         let all = pairs.iter().filter_map(of_pair);
         let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -380,7 +430,7 @@ impl Drifts<'_> {
             Some(most) => self.takes_clearly_more([most, explained], searched),
             None => self.takes_clearly(explained, searched),
         };
-        is_clear.then_some(two)
+        (is_clear && self.has_a_size(&two, explained)).then_some(two)
     }
 
     /// Whether another course, with amplitudes of its own, takes what white noise hardly ever shows

@@ -4,6 +4,7 @@ use crate::algebra::linearised::groups_are_runs;
 use crate::levels::{NEIGHBOURS_AGREE, ONLY_NOISE};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use std::collections::BTreeMap;
 
 use crate::choice::context::Context;
 use crate::count::count;
@@ -83,12 +84,12 @@ fn neighbours(context: &Context<'_>, lin: &Linear<'_>, residual: &DVector<f64>) 
     }
     // What agrees with the one before says nothing of the place, where the way goes from neighbour to neighbour.
     let apart = if memory > 0.0 { REMEMBERED } else { 0 };
-    if let Some(z) = neighbour_z(context, lin, residual, apart) {
+    if let Some((z, skewness)) = neighbour_z(context, lin, residual, apart) {
         // On the way back what goes together meets again what went together on the way there, and the products of one
         // pair and the next are no more independent than that (Bartlett 1946, of two series with this memory).
         let square = memory * memory;
         let z = z * ((1.0 - square) / (1.0 + square)).sqrt();
-        found.push(remaining("position", "neighbours agree", upper_tail(z)));
+        found.push(remaining("position", "neighbours agree", upper_tail_of_skewed(z, skewness)));
     }
     found
 }
@@ -165,13 +166,28 @@ fn upper_tail_of_square(chi2: f64, dof: usize) -> f64 {
     ChiSquared::new(count(dof)).map_or(0.0, |law| law.sf(chi2))
 }
 
-/// Moran's I of the residuals of a regression, of neighbours more than `apart` in the order, standardised (Cliff and Ord 1981, ch. 8).
+/// Skewness below which a law is the normal one.
+const SYMMETRIC: f64 = 1e-3;
+
+/// The same of a standardised law with this skewness: Pearson's third type, a shifted χ².
+fn upper_tail_of_skewed(z: f64, skewness: f64) -> f64 {
+    if skewness.abs() < SYMMETRIC {
+        return upper_tail(z);
+    }
+    let dof = 8.0 / (skewness * skewness);
+    let Ok(law) = ChiSquared::new(dof) else { return upper_tail(z) };
+    let at = |z: f64| (dof + z * (2.0 * dof).sqrt()).max(0.0);
+    if skewness > 0.0 { law.sf(at(z)) } else { law.cdf(at(-z)) }
+}
+
+/// Moran's I of the residuals of a regression, of neighbours more than `apart` in the order, standardised, and its skewness
+/// (Cliff and Ord 1981, ch. 8; the third moment as that of any ratio of quadratic forms).
 fn neighbour_z(
     context: &Context<'_>,
     lin: &Linear<'_>,
     residual: &DVector<f64>,
     apart: usize,
-) -> Option<f64> {
+) -> Option<(f64, f64)> {
     let pairs = neighbour_pairs(context, lin, apart)?;
     let times_w = |x: &DVector<f64>| {
         let mut y = DVector::zeros(x.len());
@@ -183,22 +199,55 @@ fn neighbour_z(
     };
     let q = lin.basis.matrix();
     let dof = count(residual.len().checked_sub(q.ncols()).filter(|&d| d > 2)?);
-    let wq: Vec<_> = q.column_iter().map(|c| times_w(&c.into_owned())).collect();
-    let a = DMatrix::from_fn(q.ncols(), q.ncols(), |i, j| q.column(i).dot(&wq[j]));
-    // W is symmetric with entries ½ per direction of a pair, so tr W² sums their squares.
-    let mut weights = std::collections::BTreeMap::new();
-    for &(i, j) in &pairs {
-        *weights.entry((i.min(j), i.max(j))).or_insert(0.0) += 0.5;
-    }
-    let trace_w2: f64 = weights.values().map(|w: &f64| 2.0 * w * w).sum();
-    let trace_mw = -a.trace();
-    let trace_mwmw =
-        trace_w2 - 2.0 * wq.iter().map(DVector::norm_squared).sum::<f64>() + (&a * &a).trace();
+    let times = |columns: &DMatrix<f64>| {
+        let all: Vec<_> = columns.column_iter().map(|c| times_w(&c.into_owned())).collect();
+        DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| all[j][i])
+    };
+    // Traces of powers of M W, M = I − Q Qᵀ.
+    let wq = times(&q);
+    let (one, two) = (q.tr_mul(&wq), wq.tr_mul(&wq));
+    let three = wq.tr_mul(&times(&wq));
+    let weights = weights_of(&pairs, residual.len());
+    let product = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.tr_mul(b).trace();
+    let traces = [
+        -one.trace(),
+        trace_of_square(&weights) - 2.0 * two.trace() + product(&one, &one),
+        trace_of_cube(&weights) - 3.0 * three.trace() + 3.0 * product(&one, &two)
+            - product(&(&one * &one), &one),
+    ];
     let square = residual.norm_squared();
     let observed = residual.dot(&times_w(residual)) / square;
-    let mean = trace_mw / dof;
-    let variance = 2.0 * (trace_mwmw * dof - trace_mw * trace_mw) / (dof * dof * (dof + 2.0));
-    (square > 0.0 && variance > 0.0).then(|| (observed - mean) / variance.sqrt())
+    let mean = traces[0] / dof;
+    let about_mean = traces[1] - dof * mean * mean;
+    let variance = 2.0 * about_mean / (dof * (dof + 2.0));
+    let third = traces[2] - 3.0 * mean * traces[1] + 2.0 * dof * mean.powi(3);
+    let skewness = 8.0 * third / (dof * (dof + 2.0) * (dof + 4.0)) / variance.powf(1.5);
+    (square > 0.0 && variance > 0.0).then(|| ((observed - mean) / variance.sqrt(), skewness))
+}
+
+/// Rows of the symmetric matrix with entries ½ per direction of a pair.
+fn weights_of(pairs: &[(usize, usize)], n: usize) -> Vec<BTreeMap<usize, f64>> {
+    let mut rows = vec![BTreeMap::new(); n];
+    for &(i, j) in pairs {
+        *rows[i].entry(j).or_insert(0.0) += 0.5;
+        *rows[j].entry(i).or_insert(0.0) += 0.5;
+    }
+    rows
+}
+
+fn trace_of_square(weights: &[BTreeMap<usize, f64>]) -> f64 {
+    weights.iter().flat_map(BTreeMap::values).map(|w| w * w).sum()
+}
+
+fn trace_of_cube(weights: &[BTreeMap<usize, f64>]) -> f64 {
+    let around = |i: usize| {
+        let of = |(&j, &w): (&usize, &f64)| {
+            let closed = weights[j].iter().filter_map(|(k, v)| Some(v * weights[*k].get(&i)?));
+            w * closed.sum::<f64>()
+        };
+        weights[i].iter().map(of).sum::<f64>()
+    };
+    (0..weights.len()).map(around).sum()
 }
 
 /// Positions, within the rows of `lin`, of each row and the same component of each neighbour, more than `apart` from it

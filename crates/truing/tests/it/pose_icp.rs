@@ -268,7 +268,7 @@ fn a_mesh_in_inches_is_read_as_the_case_says_and_named_where_it_does_not() {
     let said = CORNER.replace("corner.stl\"", "corner.stl\"\nunit_mm = 25.4");
     let case = Case::new(&[("case.toml", &said), ("points.csv", &points), ("corner.stl", &inches)]);
     assert_pose(&case.json("solve"), [1e-5, 1e-5]);
-    case.write("case.toml", CORNER.to_owned());
+    case.write("case.toml", CORNER);
     let ended = case.run("loop");
     let answer = format!("{}{}", ended.stdout, ended.stderr);
     assert!(answer.contains("the mesh is in inches: 25.4"), "{answer}");
