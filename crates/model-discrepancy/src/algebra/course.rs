@@ -153,10 +153,11 @@ fn courses(
     } else {
         &[Rest::Away, Rest::AsDeclared]
     };
-    // What goes one way and comes back is a hump of what was measured, where time and place go together.
+    // What goes one way and comes back may be a hump of what was measured, where time and place go together, or no place
+    // is known.
     let fitted = of_fitted(model, places);
     let is_mixed = |part: &f64| Session::from(part * drifts.span()).is_mixed(elapsed, &fitted);
-    let may_go_both_ways = places.is_empty() || QUARTERS.iter().all(is_mixed);
+    let may_go_both_ways = !places.is_empty() && QUARTERS.iter().all(is_mixed);
     let asked = (false_alarm, may_go_both_ways);
     let settling = rests.iter().filter_map(|rest| settling_of(&drifts, *rest, asked));
     let settling = settling.reduce(|a, b| drifts.likelier(a, b)).map(Course::Settling);
