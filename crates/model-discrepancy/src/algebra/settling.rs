@@ -397,13 +397,11 @@ impl Drifts<'_> {
             let one = Settling::of(rest, fast * span, searched);
             let time_constant = three_digits(slow * span);
             let share = self.share(&one, &Settling::of(rest, time_constant, 1))?;
-            // Of two that go the same way one shows, too.
-            if if share < 0.0 { !may_go_both_ways } else { of_one.is_none() } {
-                return None;
-            }
             let two = Slower { time_constant, share };
-            let is_apart = two.is_apart(one.time_constant);
-            is_apart.then(|| self.explained(Settling { slower: Some(two), ..one })).flatten()
+            // Of two that go the same way one shows, too.
+            let may_be = if share < 0.0 { may_go_both_ways } else { of_one.is_some() };
+            let may_be = may_be && two.is_apart(one.time_constant);
+            may_be.then(|| self.explained(Settling { slower: Some(two), ..one })).flatten()
         };
         let all = pairs.iter().filter_map(of_pair);
         let best = all.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -98,7 +98,11 @@ fn of_positions(
     all.extend(zeros(file, there, &[reached], without));
     all.extend(standing_still(file, there, &[reached], without));
     all.extend(held(file, there, &[reached], without));
-    all.extend(doubled(file, there, &[reached], Twice::Gain));
+    // Of what a machine was moved by and a sensor saw, either may be counted across.
+    all.extend(match target {
+        "commanded_mm" => doubled(file, there, &[reached, target], Twice::Diameter),
+        _ => doubled(file, there, &[reached], Twice::Gain),
+    });
     if let Some(fitted) = fitted {
         let far = farthest(fitted, FARTHEST);
         all.extend(exchanged_rows(file, there, &[target], &far));

@@ -175,8 +175,8 @@ fn turned_signs(file: &'static str, read: Option<&Table>, locks: &[Vec<usize>]) 
     turned.take(MOST_TURNED).map(slip).collect()
 }
 
-/// The readings of one station one row further down or up in every lock of it, where the rows of each follow each
-/// other.
+/// The readings of one station one row further down or up in every lock of it, the last of each first, where the rows of
+/// each follow each other.
 fn station_shifted(file: &'static str, read: &Table, locks: &[Vec<usize>]) -> Vec<Hypothesis> {
     let Some(station) = read.column("station") else { return Vec::new() };
     let mut of_stations: BTreeMap<&str, Vec<Range<usize>>> = BTreeMap::new();
@@ -190,7 +190,8 @@ fn station_shifted(file: &'static str, read: &Table, locks: &[Vec<usize>]) -> Ve
     let of = |(name, blocks): (&&str, &Vec<Range<usize>>)| {
         let said = format!(" in every lock of station `{name}`");
         let by = |by| blocks_shifted((file, read), &[DISPLACEMENT], (blocks, &*said), by);
-        [1, -1].into_iter().flat_map(by).collect::<Vec<_>>()
+        // Rows that have lost their partner are those of a station whose rows have moved on from lock to lock.
+        [1, -1].into_iter().filter_map(|way| by(way).into_iter().next()).collect::<Vec<_>>()
     };
     of_stations.iter().flat_map(of).collect()
 }
