@@ -196,15 +196,6 @@ fn outside_machines() -> Vec<Cell> {
         }),
         cell(
             OUTSIDE_TRACKER,
-            "tracker-lm: each stand drifts by 30 µm in its turn",
-            Honest(STANDS),
-            |seed| {
-                let defect = tracer_run::Defect::EachStandDrifts(0.03);
-                Scene::Tracer(tracer::Run { defect, one_tracer: true, ..there_and_back(seed) })
-            },
-        ),
-        cell(
-            OUTSIDE_TRACKER,
             "tracker-lm: one stand drifts by 0.1 mm",
             Named("station-drift"),
             |seed| {

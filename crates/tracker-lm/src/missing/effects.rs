@@ -21,9 +21,6 @@ use crate::{Approach, Range, Step, Survey};
 /// Reference temperature of length, ISO 1.
 pub(crate) const REFERENCE_C: f64 = 20.0;
 
-/// What moves where every stand has a direction of its own.
-const EACH_STATION: &str = "each station";
-
 /// A wavelength is off by parts in a million; by this much it is another unit, or readings that stand still.
 const NO_WAVELENGTH: f64 = 0.01;
 /// The same of one station alone.
@@ -71,7 +68,6 @@ pub(crate) fn catalogue(scene: &Scene<'_>, changes: &[Offered]) -> Vec<Entry> {
     entries.extend((0..n_stations).map(|i| range_drift_alone(scene, i)));
     entries.extend((0..n_stations).map(|i| station_drift(scene, i)));
     entries.extend((n_stations > 1).then(|| common_drift(scene)));
-    entries.extend((n_stations > 1).then(|| drift_of_each(scene)));
     entries.extend((0..n_stations).map(|i| bad_station(scene, i)));
     entries.extend(scene.courses.sessions.iter().map(|session| another_session(scene, session)));
     entries.extend(temperatures(scene));
@@ -108,8 +104,7 @@ impl Scene<'_> {
         parameters: Vec<Parameter>,
         (part, share): (Part, impl Fn(usize) -> f64),
     ) -> Entry {
-        let n = self.survey.ranges.len();
-        let moves = Moves { part, share: (0..n).map(share).collect(), first: vec![0; n] };
+        let moves = Moves { part, share: (0..self.survey.ranges.len()).map(share).collect() };
         let column = |r: usize| {
             let slopes = part.slopes(&self.sights[r]);
             slopes.iter().map(|slope| moves.share[r] * slope).collect()
@@ -327,34 +322,6 @@ fn common_drift(scene: &Scene<'_>) -> Entry {
         ),
     };
     drift(scene, None, words, course, &share)
-}
-
-/// Of every stand in a direction of its own, steadily while it is read.
-fn drift_of_each(scene: &Scene<'_>) -> Entry {
-    let text = "every station moves steadily, each in a direction of its own; the place of each is given at its first \
-                reading";
-    let (survey, (unit, factor)) = (scene.survey, scene.rate());
-    let readings = seen(survey, scene.time);
-    let mut share = vec![0.0; readings.len()];
-    for station in 0..survey.stations.len() {
-        let own = course::of_station(&readings, station, &Course::STEADY);
-        share.iter_mut().zip(own).for_each(|(share, own)| *share += own);
-    }
-    let parameters = survey.stations.iter().flat_map(|station| {
-        let of = move |axis: &&str| parameter(&format!("{axis} of {}", station.name), unit, factor);
-        ["x", "y", "z"].iter().map(of)
-    });
-    let parameters: Vec<Parameter> = parameters.collect();
-    let first: Vec<usize> = readings.iter().map(|seen| 3 * seen.station).collect();
-    let column = |r: usize| {
-        let mut column = vec![0.0; parameters.len()];
-        let slopes = Part::Station.slopes(&scene.sights[r]);
-        slopes.iter().enumerate().for_each(|(k, slope)| column[first[r] + k] = share[r] * slope);
-        column
-    };
-    let subject = Some(EACH_STATION.to_owned());
-    let entry = scene.entry("station-drift", subject, text.to_owned(), parameters.clone(), column);
-    Entry { moves: Some(Moves { part: Part::Station, share, first }), ..entry }
 }
 
 /// Stands that move along a course; `words` says so, with the law of one that comes to rest.

@@ -33,18 +33,17 @@ pub(crate) struct Moves {
     pub(crate) part: Part,
     /// How far one unit moves it, range by range.
     pub(crate) share: Vec<f64>,
-    /// First of the amplitudes that move it, range by range.
-    pub(crate) first: Vec<usize>,
 }
 
 impl Moves {
     /// Adds what amplitudes of the effect do to a range.
     pub(crate) fn shift(&self, shift: &mut Shift, amplitudes: &DVector<f64>, range: usize) {
         let share = self.share[range];
-        let own = || amplitudes.iter().skip(self.first[range]).copied();
-        let three = || share * Vector3::from_iterator(own());
+        let three = || share * Vector3::from_iterator(amplitudes.iter().copied());
         match self.part {
-            Part::Error => shift.error += share * Vector6::from_iterator(own()),
+            Part::Error => {
+                shift.error += share * Vector6::from_iterator(amplitudes.iter().copied());
+            }
             Part::Station => shift.station_mm += three(),
             Part::Mount => shift.mount_mm += three(),
         }

@@ -227,11 +227,6 @@ impl<'a> Survey<'a> {
                 station = add(station, scale(share, come));
             }
         }
-        if let Some(drift) = step(self.json, "station-drift", Some("each station")) {
-            let share = self.since_first(row) / if self.timed { 3600.0 } else { 1.0 };
-            let come = AXES.map(|axis| amplitude(drift, &format!("{axis} of {name}")));
-            station = add(station, scale(share, come));
-        }
         for (subject, shift) in subjects(self.json, "station-shift") {
             let from = subject.strip_suffix(" on").and_then(|s| s.split_once(" from "));
             let (own, first) = from.expect("of a station from a reading on");

@@ -29,13 +29,6 @@ pub(crate) fn displaced_mm(
     defects.iter().fold(displacement_mm, |l, defect| read_mm(*defect, measured, l, at, beam))
 }
 
-/// Directions a golden angle apart about the vertical.
-fn way_of(station: usize) -> [f64; 3] {
-    let turned = 2.399_963 * f64::from(u32::try_from(station).expect("a dozen at most"));
-    let (sin, cos) = turned.sin_cos();
-    [0.8 * cos, 0.8 * sin, if station.is_multiple_of(2) { 0.6 } else { -0.6 }]
-}
-
 /// First-order settling whose time constant is as long as the whole: 0 to 1.
 fn settling(share: f64) -> f64 {
     (1.0 - (-share).exp()) / (1.0 - (-1.0_f64).exp())
@@ -58,10 +51,13 @@ fn beam(defects: &[Defect], measured: &Measured, at: &Instant) -> [f64; 3] {
                 displacement = add(displacement, scale(way, give));
             }
             Defect::StandsDrift(total) => {
-                station = add(station, scale(settling(at.share) * total, way_of(at.station)));
-            }
-            Defect::EachStandDrifts(total) => {
-                station = add(station, scale(at.stood * total, way_of(at.station)));
+                // Directions a golden angle apart about the vertical.
+                let (sin, cos) = (2.399_963
+                    * f64::from(u32::try_from(at.station).expect("a dozen at most")))
+                .sin_cos();
+                let way =
+                    [0.8 * cos, 0.8 * sin, if at.station.is_multiple_of(2) { 0.6 } else { -0.6 }];
+                station = add(station, scale(settling(at.share) * total, way));
             }
             Defect::Knocked(knocked, step, by) if knocked == at.station && at.step >= step => {
                 station = add(station, by);

@@ -21,8 +21,6 @@ pub(crate) enum Defect {
     StationDrift(usize, [f64; 3]),
     /// Every stand warms, each in a direction of its own: total, mm.
     StandsDrift(f64),
-    /// Every stand gives way evenly while the tracer stands on it, each in a direction of its own: total, mm.
-    EachStandDrifts(f64),
     /// The machine is moved against all stations before a step: which, mm, and rad about the axis' origin.
     Moved(usize, [f64; 3], [f64; 3]),
     /// A stand is knocked before a step: which, at which, mm.

@@ -13,7 +13,6 @@ pub(crate) const EFFECTS: &[&str] = &[
     "backlash",
     "incidence",
     "station-drift [S",
-    "station-drift [each station]",
     "station-shift [S2 from",
     "session-shift [from",
     "bad-station [S",
@@ -42,10 +41,6 @@ pub(crate) fn scenes() -> Vec<(&'static str, Files)> {
         ),
         ("incidence", files(&run(704, Defect::Incidence(0.012)))),
         ("station-drift", files(&run(705, Defect::StationDrift(2, [0.03, -0.05, 0.03])))),
-        (
-            "stands-drift",
-            files(&Run { one_tracer: true, ..run(718, Defect::EachStandDrifts(0.04)) }),
-        ),
         ("creep", files(&run(715, Defect::Creep(3, 0.02)))),
         ("knocked", files(&run(712, Defect::Knocked(1, 5, [0.05, -0.04, 0.06])))),
         // The axis meets each angle before and after.
