@@ -56,18 +56,19 @@ pub(crate) fn spikes(
         fitted.observations.iter().filter_map(|o| o.residual.first().copied()).collect();
     let of_left = || Some(vec![highest(&left)?]).filter(|one| stands_out(&left, one));
     let is_no_noise =
-        |one: &[usize]| chance_of_noise(&left, one).is_some_and(|chance| chance <= NO_NOISE);
+        |one: &Vec<usize>| chance_of_noise(&left, one).is_some_and(|chance| chance <= NO_NOISE);
     let one = |apart: f64| far_apart_by(fitted, apart).filter(|rows| rows.len() == 1);
-    let by_law = || one(FARTHER_BY_LAW).filter(|rows| is_no_noise(rows));
+    let by_law = || one(FARTHER_BY_LAW).filter(is_no_noise);
     let by_channel = || one(FARTHER).filter(|rows| columns.iter().any(|of| alone(of, rows)));
     let far = far_apart(fitted).or_else(of_left).or_else(by_law).or_else(by_channel)?;
     let marked: Vec<bool> = (0..table.n_rows()).map(|row| far.contains(&row)).collect();
     let jumping = jumping(table, columns, &far);
-    if chance_of_noise(&left, &far).is_some_and(|chance| chance > MAY_BE_NOISE) {
+    let of_noise = chance_of_noise(&left, &far);
+    if of_noise.is_some_and(|chance| chance > MAY_BE_NOISE) {
         return None;
     }
     let are_clear = stands_out(&left, &far)
-        || is_no_noise(&far)
+        || of_noise.is_some_and(|chance| chance <= NO_NOISE)
         || jumping.is_some_and(|name| {
             far_apart_by(fitted, CLEARLY_APART).is_some_and(|clear| clear == far)
                 || alone(&name, &far)
