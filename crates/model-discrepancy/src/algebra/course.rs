@@ -5,7 +5,8 @@ use nalgebra::Point3;
 use crate::algebra::drifts::Drifts;
 use crate::algebra::looked_through::FALSE_ALARM;
 use crate::algebra::session::{Session, session_of};
-use crate::algebra::settling::{Rest, Settling, settling_of};
+use crate::algebra::settling::{Rest, Settling};
+use crate::algebra::settling_search::settling_of;
 use crate::{Effect, Model, Role, State};
 
 /// A course that the residual shows.

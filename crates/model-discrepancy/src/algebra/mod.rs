@@ -19,6 +19,7 @@ pub(crate) mod raw_observations;
 pub(crate) mod reading;
 pub(crate) mod session;
 pub(crate) mod settling;
+pub(crate) mod settling_search;
 pub(crate) mod shown;
 pub(crate) mod silent;
 pub(crate) mod system;
