@@ -187,6 +187,9 @@ impl Drifts<'_> {
         span: f64,
         (of_one, may_go_both_ways): (Option<f64>, bool),
     ) -> Option<Settling> {
+        if of_one.is_none() && !may_go_both_ways {
+            return None;
+        }
         let slower: Vec<f64> = SHARES.iter().chain(&SLOWER).copied().collect();
         let pairs: Vec<(f64, f64)> = (SHARES.iter())
             .flat_map(|fast| slower.iter().map(move |slow| (*fast, *slow)))

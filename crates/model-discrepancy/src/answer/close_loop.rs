@@ -18,7 +18,7 @@ use crate::choice::selected::{Added, Selected, What};
 use crate::error::LoopError;
 use crate::noise::linear::Linear;
 use crate::tests::lack_of_fit::{LackOfFit, Places};
-use crate::tests::tails::heavy_tails;
+use crate::tests::tails::{FarOff, heavy_tails, stands_out};
 use crate::{
     Closure, Covariate, HoldOut, Model, NotObservable, Options, Outcome, Pass, Remaining, Role,
     Solution, Step,
@@ -129,6 +129,9 @@ fn closed<'a>(
              loss would give it less weight"
         )
     }));
+    let is_open = is_noisier || !remaining.is_empty();
+    warnings
+        .extend(is_open.then(|| stands_out(&lin)).flatten().map(|far| maybe_a_mistake(&lin, far)));
     let uncertain = Uncertain::of(&chosen.system, &chosen.estimate, keep);
     Closure {
         verdict: verdict(context, &chosen, &remaining, is_noisier),
@@ -279,6 +282,15 @@ fn warnings(context: &Context<'_>, chosen: &Selected<'_>, silent: &[bool]) -> Ve
         ));
     }
     warnings
+}
+
+/// That one reading lies so far off that it may be a mistake, though not so far that it must be one.
+fn maybe_a_mistake(lin: &Linear<'_>, FarOff { observation, z, chance }: FarOff) -> String {
+    let group = &lin.layout.groups[lin.layout.observations[observation]].name;
+    format!(
+        "a reading of {group} lies {z:.1} standard uncertainties off, where noise with the tails that the others allow puts \
+         one with a chance of {chance:.1e}: measure it again, or leave it out and see what changes"
+    )
 }
 
 /// What every reading has had a part in finding, whichever is left out.

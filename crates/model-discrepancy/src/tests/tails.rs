@@ -1,11 +1,13 @@
 //! A single reading far off: a mistake, or the tail of the noise?
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
-use crate::algebra::basis::Basis;
+use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::algebra::reading::{Reading, left_by};
 use crate::count::count;
-use crate::levels::{HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED, REACHED, REACHED_UNDECLARED};
+use crate::levels::{
+    HEAVY_TAILS, IN_TAILS, IN_TAILS_UNDECLARED, REACHED, REACHED_UNDECLARED, STAY,
+};
 use crate::noise::linear::Linear;
 use crate::tests::law::{FREEDOMS, Law, Seen, alike};
 
@@ -33,25 +35,54 @@ const FOLLOWED: f64 = 0.95;
 ///
 /// Lange, Little and Taylor, «Robust statistical modeling using the t distribution», 1989.
 pub(crate) fn is_in_tails(lin: &Linear<'_>, beside: &Basis, observation: usize) -> bool {
+    let least = if lin.is_as_declared { IN_TAILS } else { IN_TAILS_UNDECLARED };
+    far_off(lin, beside, observation).is_none_or(|(_, chance)| chance > least)
+}
+
+/// The reading that lies farthest off, in its own standard uncertainties, where the noise of all others hardly ever puts
+/// one there: too seldom to say nothing of it, however often a mistake has to be rarer.
+pub(crate) fn stands_out(lin: &Linear<'_>) -> Option<FarOff> {
+    let readings = lin.noise.all_readings(lin);
+    let all: Vec<&Reading> = readings.iter().collect();
+    let size = |(reading, seen): (&&Reading, Seen)| (seen.z.abs(), reading.observation);
+    let of_each = each_studentized(lin, &lin.basis, &all).map(size);
+    let (_, observation) = of_each.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let own = readings.iter().filter(|reading| reading.observation == observation);
+    let columns: Vec<_> = own.map(|reading| reading.column(lin.rows.len())).collect();
+    let beside = lin.basis.with(&DMatrix::from_columns(&columns), NEW_DIRECTION);
+    let (z, chance) = far_off(lin, &beside, observation)?;
+    (chance <= STAY).then_some(FarOff { observation, z, chance })
+}
+
+/// A reading that lies far off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FarOff {
+    pub(crate) observation: usize,
+    /// Standard uncertainties, all components together.
+    pub(crate) z: f64,
+    /// That the noise puts any reading there.
+    pub(crate) chance: f64,
+}
+
+/// How far off a reading is, and the chance that the noise puts any there, as [`is_in_tails`] has it; nought where the
+/// others are too few to tell, and `None` where the fit follows it wherever it goes.
+fn far_off(lin: &Linear<'_>, beside: &Basis, observation: usize) -> Option<(f64, f64)> {
     let (own, others): (Vec<&Reading>, Vec<&Reading>) =
         lin.noise.all_readings(lin).iter().partition(|r| r.observation == observation);
     let components = studentized(lin, &lin.basis, &own);
     if components.is_empty() {
-        // What the fit follows wherever it goes is not far off.
-        return true;
+        return None;
     }
     let z = components.iter().map(|seen| seen.z * seen.z).sum::<f64>().sqrt();
     let left = components.iter().map(|seen| seen.left).sum::<f64>() / count(components.len());
     let farthest = Seen { z, left };
     let rest = studentized(lin, beside, &others);
     if rest.len() < MIN_ROWS {
-        return false;
+        return Some((z, 0.0));
     }
-    let is_declared = lin.is_as_declared;
-    let laws = weighed(&rest, z, is_declared);
+    let laws = weighed(&rest, z, lin.is_as_declared);
     let n = count(own.len() + others.len()) / count(own.len());
-    let least = if is_declared { IN_TAILS } else { IN_TAILS_UNDECLARED };
-    any_beyond(&laws, (farthest, components.len()), n) > least
+    Some((z, any_beyond(&laws, (farthest, components.len()), n)))
 }
 
 /// Whether the noise of the readings that were fitted may put the farthest of `n` others, so many standard uncertainties
@@ -145,11 +176,20 @@ fn weighed(rows: &[Seen], farthest: f64, is_declared: bool) -> Vec<(Law, f64)> {
 
 /// Residual over its own standard uncertainty of each reading that has one.
 fn studentized(lin: &Linear<'_>, beside: &Basis, readings: &[&Reading]) -> Vec<Seen> {
+    each_studentized(lin, beside, readings).map(|(_, seen)| seen).collect()
+}
+
+fn each_studentized<'r, 'a>(
+    lin: &Linear<'_>,
+    beside: &Basis,
+    readings: &'r [&'a Reading],
+) -> impl Iterator<Item = (&'r &'a Reading, Seen)> {
     let residual: DVector<f64> = beside.reject(&lin.residual);
-    let of_reading = |(reading, left): (&&Reading, f64)| {
-        (left > 1.0 - FOLLOWED).then(|| Seen { z: reading.of(&residual) / left.sqrt(), left })
+    let seen = move |(reading, left): (&'r &'a Reading, f64)| {
+        let seen = Seen { z: reading.of(&residual) / left.sqrt(), left };
+        (left > 1.0 - FOLLOWED).then_some((reading, seen))
     };
-    readings.iter().zip(left_by(beside, readings)).filter_map(of_reading).collect()
+    readings.iter().zip(left_by(beside, readings)).filter_map(seen)
 }
 
 #[cfg(test)]

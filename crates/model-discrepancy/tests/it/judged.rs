@@ -1,8 +1,8 @@
 //! Errors before and after, on data that chose nothing.
 
 use model_discrepancy::{
-    Declared, Differenced, HoldOut, Inside, LinearModel, Model, Options, Proposal, Remaining, Role,
-    State, Verdict, check_tangents, close_loop,
+    Closure, Declared, Differenced, HoldOut, Inside, LinearModel, Model, Options, Proposal,
+    Remaining, Role, State, Verdict, check_tangents, close_loop,
 };
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -277,4 +277,34 @@ fn how_much_more_scatter_is_larger_noise_depends_on_its_tails() {
     let (normal, tails) = (Normal::standard(), StudentsT::new(0.0, 1.0, 3.0).expect("a law"));
     assert_eq!(verdict(&|p| normal.inverse_cdf(p)), Verdict::NoiseLargerThanDeclared);
     assert_eq!(verdict(&|p| tails.inverse_cdf(p)), Verdict::NothingMissing);
+}
+
+/// A reading nine standard uncertainties off among sixty normal ones may be of a tail: it has no name, and is pointed at.
+/// Among readings of which none stands out, nothing is.
+#[test]
+fn a_reading_that_stands_out_is_pointed_at() {
+    const N: usize = 60;
+    const FAR: usize = 17;
+    let closed = |off: f64| {
+        let mut data: Vec<f64> = (0..N)
+            .map(|i| {
+                let p = ((i * 37 + i * i * 11) % N) as f64 / N as f64 + 0.5 / N as f64;
+                Normal::standard().inverse_cdf(p)
+            })
+            .collect();
+        data[FAR] = off;
+        let mut model = scalars(&data, &[]);
+        model.declared.layout.sigma_declared = true;
+        model.declared.layout.rows.iter_mut().for_each(|row| row.sigma = 1.0);
+        close_loop(&model, &[], &Options::default()).expect("closes")
+    };
+    let pointed = |closure: &Closure, at: &str| closure.warnings.iter().any(|w| w.contains(at));
+    let far = closed(9.0);
+    assert_eq!(far.verdict, Verdict::NoiseLargerThanDeclared);
+    assert!(
+        pointed(&far, "a reading of 17 lies 9.0 standard uncertainties off"),
+        "{:?}",
+        far.warnings
+    );
+    assert!(!pointed(&closed(1.0), "standard uncertainties off"));
 }
