@@ -41,6 +41,27 @@ pub(crate) struct Fit {
     pub(crate) dof: usize,
 }
 
+/// Orthonormal basis of the columns of a fit's parameters, whitened, and the residual without what it explains.
+pub(crate) fn beside(
+    sigma_mm: impl Iterator<Item = f64>,
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let (mut whitened, mut residual) = (jacobian.clone(), residual.clone());
+    for (i, sigma) in sigma_mm.enumerate() {
+        whitened.row_mut(i).unscale_mut(sigma);
+        residual[i] /= sigma;
+    }
+    for mut column in whitened.column_iter_mut() {
+        let length = column.norm().max(f64::MIN_POSITIVE);
+        column.unscale_mut(length);
+    }
+    let basis = whitened.qr().q();
+    let along = basis.tr_mul(&residual);
+    residual -= &basis * along;
+    (basis, residual)
+}
+
 impl Fit {
     /// Of rows, with an orthonormal basis of the parameters' columns and the residual beside it.
     pub(crate) fn of_rows(basis: &DMatrix<f64>, residual: &DVector<f64>) -> Self {

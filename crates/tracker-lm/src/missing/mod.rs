@@ -7,6 +7,7 @@ pub(crate) mod course;
 mod courses;
 pub(crate) mod effects;
 pub(crate) mod found;
+pub(crate) mod layout;
 pub(crate) mod looked_through;
 pub(crate) mod model;
 mod moves;

@@ -2,17 +2,15 @@
 
 mod discrepancy;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use least_squares::{BorderedPoint, BorderedProblem};
 use model_discrepancy::{
-    Cells, Covariate, Declared, Group, Layout, LinearModel, Model, Parameter, Quantity, Role, Row,
-    resolution_of,
+    Covariate, Declared, Layout, LinearModel, Model, Parameter, Quantity, resolution_of,
 };
-use nalgebra::{DMatrix, DVector, Point3};
+use nalgebra::{DMatrix, Point3};
 
 use crate::calibrate::Placed;
-use crate::count::count;
 use crate::curves::Curves;
 use crate::frame::Frame;
 use crate::gauge::StationChart;
@@ -22,6 +20,8 @@ use crate::missing::changes::{Fitted, changes};
 use crate::missing::course::Course;
 use crate::missing::courses::{Courses, courses};
 use crate::missing::effects::{Entry, Scene, approaches, catalogue};
+use crate::missing::layout::{at_steps, layout, locks, places};
+use crate::missing::looked_through::beside;
 use crate::missing::moves::Moves;
 use crate::missing::of_axis::OfAxis;
 use crate::missing::orders::Orders;
@@ -30,8 +30,8 @@ use crate::missing::sights::{Sight, sights, without};
 use crate::missing::solved::{Solved, solved};
 use crate::missing::stops::Stops;
 use crate::network::Network;
-use crate::recorded;
-use crate::{Approach, AxisModel, Calibration, Options, Survey, TrackerError};
+use crate::recorded::{self, elapsed};
+use crate::{AxisModel, Calibration, Options, Survey, TrackerError};
 
 /// The joint bundle of a survey about its solution, and the effects that it leaves out.
 ///
@@ -217,7 +217,7 @@ impl TrackerModel {
         let time = elapsed(survey.ranges.len(), recorded.time_s.as_deref());
         let (changes, courses) = choices.map_or_else(
             || {
-                let (basis, residual) = whitened(&layout, &residual, &jacobian);
+                let (basis, residual) = beside(sigmas(&layout), &jacobian, &residual);
                 let fitted = Fitted {
                     network: &network,
                     sights: &sights,
@@ -350,7 +350,7 @@ impl TrackerModel {
         let visits: Vec<usize> = network.angles.iter().map(|a| a.steps.len()).collect();
         let stops = Stops { axis: &self.survey.axis, angles_rad: &angles_rad, visits: &visits };
         let (layout, sigma_mm) = (&self.declared().layout, self.solved.calibration.displacement_mm);
-        let (basis, left) = whitened(layout, &self.linear.residual, &self.linear.base);
+        let (basis, left) = beside(sigmas(layout), &self.linear.base, &self.linear.residual);
         let n_rows = layout.rows.len();
         Ok(Orders::shown(&stops, &basis, &left, |shapes| {
             let curves = Curves::new(&self.survey.axis, &angles_rad, shapes.to_vec());
@@ -383,56 +383,8 @@ fn tangents(entries: &[Entry], reduction: &Reduction, n_rows: usize) -> Vec<DMat
     entries.iter().map(of).collect()
 }
 
-/// Place of every range: station, mount, angle and the way the axis came to it.
-///
-/// With free errors none repeats another: a row combines readings of several angles once what ties
-/// them is taken out.
-fn places(network: &Network<'_>, n_observations: usize) -> Vec<usize> {
-    if network.axis_model == AxisModel::Free {
-        return (0..n_observations).collect();
-    }
-    let survey = network.survey;
-    let mut known = HashMap::new();
-    let mut next = 0;
-    let place = |range: &crate::Range| {
-        let way = survey.steps[range.step].approach.map(|way| way == Approach::Positive);
-        let key = (range.station, range.mount, network.angle_of_step[range.step], way);
-        *known.entry(key).or_insert_with(|| {
-            next += 1;
-            next - 1
-        })
-    };
-    let mut places: Vec<usize> = survey.ranges.iter().map(place).collect();
-    places.resize(n_observations, known.len());
-    places
-}
-
-/// Station and mount of every range as one number; what is known beforehand is apart.
-fn locks(survey: &Survey, n_observations: usize) -> Vec<usize> {
-    let n_mounts = survey.mounts.len();
-    let mut locks: Vec<usize> =
-        survey.ranges.iter().map(|r| r.station * n_mounts + r.mount).collect();
-    locks.resize(n_observations, survey.stations.len() * n_mounts);
-    locks
-}
-
-/// Readings of one station at one step; what is known beforehand stands alone.
-fn at_steps(survey: &Survey, n_observations: usize) -> Cells {
-    let n_steps = survey.steps.len();
-    let known = survey.stations.len() * n_steps;
-    let mut of_observation: Vec<usize> =
-        survey.ranges.iter().map(|r| r.station * n_steps + r.step).collect();
-    of_observation.extend((known..).take(n_observations - survey.ranges.len()));
-    Cells { what: "station at a step".to_owned(), of_observation }
-}
-
-/// Time of every one of `n` readings: from the first one on as recorded, else the share of the run.
-pub(crate) fn elapsed(n: usize, time_s: Option<&[f64]>) -> Vec<f64> {
-    if let Some(time_s) = time_s {
-        let first = time_s.iter().copied().fold(f64::INFINITY, f64::min);
-        return time_s.iter().map(|t| t - first).collect();
-    }
-    (0..n).map(|index| count(index) / count(n.saturating_sub(1).max(1))).collect()
+fn sigmas(layout: &Layout) -> impl Iterator<Item = f64> {
+    layout.rows.iter().map(|row| row.sigma)
 }
 
 /// Rows that say how well the stations are known, mm.
@@ -443,60 +395,6 @@ fn prior_rows(chart: &StationChart, point: &BorderedPoint) -> (DMatrix<f64>, DMa
         DMatrix::from_fn(n, 1, |i, _| point.shared[i]),
         DMatrix::from_fn(n, shared, |i, j| f64::from(u8::from(i == j))),
     )
-}
-
-/// Orthonormal basis of the shared parameters' columns, whitened, and the residual without what it
-/// explains.
-fn whitened(
-    layout: &Layout,
-    residual: &DVector<f64>,
-    jacobian: &DMatrix<f64>,
-) -> (DMatrix<f64>, DVector<f64>) {
-    let mut whitened = jacobian.clone();
-    let mut residual = residual.clone();
-    for (i, row) in layout.rows.iter().enumerate() {
-        whitened.row_mut(i).unscale_mut(row.sigma);
-        residual[i] /= row.sigma;
-    }
-    for mut column in whitened.column_iter_mut() {
-        let length = column.norm().max(f64::MIN_POSITIVE);
-        column.unscale_mut(length);
-    }
-    let basis = whitened.qr().q();
-    let along = basis.tr_mul(&residual);
-    residual -= &basis * along;
-    (basis, residual)
-}
-
-/// One observation per range, and one for what is known of the stations beforehand.
-fn layout(
-    network: &Network<'_>,
-    reduction: &Reduction,
-    chart: &StationChart,
-    sigma_mm: f64,
-    options: &Options,
-) -> Layout {
-    let survey = network.survey;
-    let mut groups: Vec<Group> =
-        survey.steps.iter().map(|s| Group { name: s.name.clone(), role: Role::Fit }).collect();
-    let mut observations: Vec<usize> = survey.ranges.iter().map(|r| r.step).collect();
-    let mut rows: Vec<Row> = (reduction.range_of_row.iter())
-        .map(|&range| Row { observation: range, component: 0, sigma: sigma_mm, reported: true })
-        .collect();
-    if let Some(sigma) = chart.prior_mm {
-        observations.push(groups.len());
-        groups.push(Group { name: "nominal stations".to_owned(), role: Role::Prior });
-        let observation = survey.ranges.len();
-        let prior = Row { observation, component: 0, sigma, reported: false };
-        rows.extend(std::iter::repeat_n(prior, chart.dim()));
-    }
-    Layout {
-        rows,
-        observations,
-        groups,
-        unit: "mm".to_owned(),
-        sigma_declared: options.noise.displacement_mm.is_some(),
-    }
 }
 
 fn base(joint: &Joint<'_>) -> Vec<Parameter> {

@@ -12,7 +12,11 @@ mod faults;
 #[cfg(feature = "loop")]
 mod hold_out;
 #[cfg(feature = "loop")]
+mod layout;
+#[cfg(feature = "loop")]
 mod model;
+#[cfg(feature = "loop")]
+mod records;
 #[cfg(feature = "loop")]
 mod rows;
 mod sight;
@@ -22,5 +26,7 @@ pub use calibrate::{StationPose, TargetCalibration, calibrate_targets};
 #[cfg(feature = "loop")]
 pub use hold_out::HoldOut;
 #[cfg(feature = "loop")]
-pub use model::{TargetModel, TargetRecords};
+pub use model::TargetModel;
+#[cfg(feature = "loop")]
+pub use records::TargetRecords;
 pub use survey::{Target, TargetNoise, TargetOptions, TargetSurvey};

@@ -1,11 +1,10 @@
 //! The declared model of a survey of points, as the loop sees it.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use least_squares::BorderedPoint;
 use model_discrepancy::{
-    Covariate, Declared, Group, Inside, Layout, LinearModel, Model, Proposal, Quantity, Role, Row,
-    State, resolution_of,
+    Covariate, Declared, Inside, LinearModel, Model, Proposal, Quantity, State, resolution_of,
 };
 use nalgebra::{DMatrix, DVector, Vector6};
 
@@ -14,50 +13,21 @@ use super::bundle::{Added, Bundle};
 use super::calibrate::{Placed, fitted};
 use super::catalogue::{Entry, Scene, catalogue};
 use super::faults::{Fitted, Found, found};
+use super::layout::{layout, places};
+use super::records::TargetRecords;
 use super::rows::Rows;
 use super::sight::Sight;
 use super::{HoldOut, TargetCalibration, TargetOptions, TargetSurvey};
-use crate::angle_steps::angles;
 use crate::curves::{Curves, Shape};
 use crate::frame::Frame;
 use crate::missing::axis_effects::{AxisEffect, axis_effects};
 use crate::missing::course::Course;
 use crate::missing::found::NEAR_MM;
-use crate::missing::model::elapsed;
+use crate::missing::looked_through::beside;
 use crate::missing::orders::Orders;
 use crate::missing::stops::Stops;
-use crate::recorded;
-use crate::{Approach, AxisModel, TrackerError};
-
-/// What was recorded beside the readings.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TargetRecords {
-    /// Time of every reading.
-    pub time_s: Option<Vec<f64>>,
-    /// One value per reading; those ending in `_c` are temperatures.
-    pub covariates: Vec<Covariate>,
-    /// The body that every mount is on; empty where all are on one.
-    pub bodies: Vec<String>,
-}
-
-impl TargetRecords {
-    /// That there is one finite value for each reading, and a body for each mount.
-    fn check(&self, survey: &TargetSurvey) -> Result<(), TrackerError> {
-        recorded::check(self.time_s.as_deref(), &self.covariates, survey.targets.len())?;
-        if !self.bodies.is_empty() && self.bodies.len() != survey.mounts.len() {
-            return Err(TrackerError::InvalidCovariate { needed: survey.mounts.len() });
-        }
-        Ok(())
-    }
-
-    /// Beside the first readings, of the first mounts.
-    fn of_first(&self, n_readings: usize, n_mounts: usize) -> Self {
-        let mut first = self.clone();
-        recorded::truncate(&mut first.time_s, &mut first.covariates, n_readings);
-        first.bodies.truncate(n_mounts);
-        first
-    }
-}
+use crate::recorded::elapsed;
+use crate::{AxisModel, TrackerError};
 
 /// The bundle of a survey of points about its solution, and the effects that it leaves out.
 ///
@@ -207,7 +177,7 @@ impl TargetModel {
         };
         let residual = rows.columns(1, |n, c, _| residual_mm(n, c)).column(0).into_owned();
         let layout = layout(&survey, &rows, hold_out, &options, calibration.point_mm.is_none());
-        let (basis, left) = beside(&rows, &jacobian, &residual);
+        let (basis, left) = beside(rows.sigma_mm.iter().copied(), &jacobian, &residual);
         let time = elapsed(survey.targets.len(), records.time_s.as_deref());
         let find = || {
             found(&Fitted {
@@ -361,7 +331,8 @@ impl TargetModel {
         let sights: Vec<Sight> =
             (0..self.survey.targets.len()).map(|n| bundle.sight_at(n, &self.point)).collect();
         let rows = Rows::new(&bundle, &sights, self.hold_out, None)?;
-        let (basis, left) = beside(&rows, &self.linear.base, &self.linear.residual);
+        let (basis, left) =
+            beside(rows.sigma_mm.iter().copied(), &self.linear.base, &self.linear.residual);
         Ok(Orders::shown(&stops, &basis, &left, |shapes| {
             let curves = Curves::new(&self.survey.axis, &angles_rad, shapes.to_vec());
             let zero = vec![0.0; curves.len()];
@@ -454,27 +425,6 @@ fn curves_about(
     (0..stops.angles_rad.len()).map(at).unzip()
 }
 
-/// Place of every reading: station, mount, angle and the way the axis came to it.
-///
-/// With free errors, or reflectors whose places are taken out, none repeats another: a row combines
-/// readings of several angles.
-fn places(bundle: &Bundle<'_>, hold_out: HoldOut) -> Vec<usize> {
-    let targets = &bundle.survey.targets;
-    if bundle.axis_model == AxisModel::Free || hold_out == HoldOut::Mount {
-        return (0..targets.len()).collect();
-    }
-    let mut known = HashMap::new();
-    let mut places = Vec::with_capacity(targets.len());
-    for t in targets {
-        let approach = bundle.survey.steps[t.step].approach;
-        let way = approach.map(|way| way == Approach::Positive);
-        let key = (t.station, t.mount, bundle.angle_of_step[t.step], way);
-        let next = known.len();
-        places.push(*known.entry(key).or_insert(next));
-    }
-    places
-}
-
 /// Share of an amplitude's column that must be left beside the model and the units that are held out:
 /// errors of a design and what rows leave out by being linear are as large, a mm on a metre.
 const NOTHING_LEFT: f64 = 1e-3;
@@ -495,68 +445,6 @@ fn tangent(rows: &Rows, basis: &DMatrix<f64>, entry: &Entry) -> DMatrix<f64> {
         }
     }
     reduced
-}
-
-/// Orthonormal basis of the base parameters' whitened columns, and the residual beside it.
-fn beside(
-    rows: &Rows,
-    jacobian: &DMatrix<f64>,
-    residual: &DVector<f64>,
-) -> (DMatrix<f64>, DVector<f64>) {
-    let (mut whitened, mut residual) = (jacobian.clone(), residual.clone());
-    for (i, sigma) in rows.sigma_mm.iter().enumerate() {
-        whitened.row_mut(i).unscale_mut(*sigma);
-        residual[i] /= sigma;
-    }
-    for mut column in whitened.column_iter_mut() {
-        let length = column.norm().max(f64::MIN_POSITIVE);
-        column.unscale_mut(length);
-    }
-    let basis = whitened.qr().q();
-    let along = basis.tr_mul(&residual);
-    residual -= &basis * along;
-    (basis, residual)
-}
-
-/// One observation per reading.
-fn layout(
-    survey: &TargetSurvey,
-    rows: &Rows,
-    hold_out: HoldOut,
-    options: &TargetOptions,
-    declared: bool,
-) -> Layout {
-    let group = |name: &String| Group { name: name.clone(), role: Role::Fit };
-    let (groups, observations) = match hold_out {
-        HoldOut::Step => {
-            let mut groups: Vec<Group> = survey.steps.iter().map(|s| group(&s.name)).collect();
-            // The first angle is where the errors are zero: met once, it says where the trackers
-            // stand, and without it nothing does.
-            if options.axis == AxisModel::Free
-                && let Some([first]) = angles(&survey.steps).0.first().map(|a| &a.steps[..])
-            {
-                groups[*first].role = Role::Prior;
-            }
-            (groups, survey.targets.iter().map(|t| t.step).collect())
-        }
-        HoldOut::Mount => (
-            survey.mounts.iter().map(|m| group(&m.name)).collect(),
-            survey.targets.iter().map(|t| t.mount).collect(),
-        ),
-    };
-    let row = |(&(observation, component), &sigma): (&(usize, usize), &f64)| Row {
-        observation,
-        component,
-        sigma,
-        reported: true,
-    };
-    Layout {
-        rows: rows.tied_to.iter().zip(&rows.sigma_mm).map(row).collect(),
-        observations,
-        groups,
-        unit: "mm".to_owned(),
-        sigma_declared: declared,
-    }
 }
 
 impl Model for TargetModel {
