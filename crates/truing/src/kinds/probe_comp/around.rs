@@ -35,20 +35,28 @@ pub(super) fn around_others(files: &Files) -> Option<Hypothesis> {
     let places_mm = places(&touches)?;
     let far = |ring: &Ring<'_>, row: usize| (places_mm[row] - ring.middle_mm).norm();
     let mut other_names: BTreeMap<&str, &str> = BTreeMap::new();
-    let mut rows = Vec::new();
+    let (mut rows, mut any_outside) = (Vec::new(), false);
     for ring in rings(&micro)? {
-        let mut all = 0..touches.n_rows();
+        let all = 0..touches.n_rows();
         let own = all.clone().find(|&row| touches.cell(row, name) == ring.touch)?;
-        if far(&ring, own) <= OUTSIDE * ring.reach_mm {
+        let is_near = |times: f64, row: usize| far(&ring, row) <= times * ring.reach_mm;
+        if is_near(INSIDE, own) {
             continue;
         }
-        let of_it = all.find(|&row| far(&ring, row) <= INSIDE * ring.reach_mm)?;
+        // That which it names may be the next to the one that it is of.
+        let nearest = all.min_by(|&a, &b| far(&ring, a).total_cmp(&far(&ring, b)));
+        let of_it = match nearest.filter(|&row| is_near(INSIDE, row)) {
+            None if is_near(OUTSIDE, own) => continue,
+            found => found?,
+        };
+        any_outside |= !is_near(OUTSIDE, own);
         other_names.insert(ring.touch, touches.cell(of_it, name));
         rows.extend(ring.rows);
     }
     let of_others: BTreeSet<&str> = other_names.values().copied().collect();
     let is_another_order = of_others == other_names.keys().copied().collect();
-    let (first, other) = other_names.first_key_value().filter(|_| is_another_order)?;
+    let (first, other) =
+        other_names.first_key_value().filter(|_| is_another_order && any_outside)?;
     let description = format!(
         "the further touches of {} names in {MICRO} lie about other touches, those of `{first}` about \
          `{other}`: `touch` should name these",

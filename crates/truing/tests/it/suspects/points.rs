@@ -489,8 +489,13 @@ fn further_touches_about_another_touch_than_they_name_are_named() {
     let noise = |n: u32| 5e-4 * (1e4 * (12.9 * f64::from(n)).sin()).sin();
     let mut touches = "touch,x_mm,y_mm,z_mm\n".to_owned();
     let mut micro = "touch,k,x_mm,y_mm,z_mm\n".to_owned();
-    for t in 0..30_u32 {
-        let (x, y) = (8.0 * f64::from(t % 6) - 20.0, 9.0 * f64::from(t / 6) - 18.0);
+    // The last is next to the one before.
+    let place = |t: u32| match t {
+        30 => (20.0 + 2.0 * AROUND_MM, 18.0),
+        _ => (8.0 * f64::from(t % 6) - 20.0, 9.0 * f64::from(t / 6) - 18.0),
+    };
+    for t in 0..31_u32 {
+        let (x, y) = place(t);
         touches += &format!("T{t},{x:.4},{y:.4},{:.5}\n", ball(x, y) + noise(t));
         for (k, (i, j)) in
             (0..).zip([(AROUND_MM, 0.0), (0.0, AROUND_MM), (-AROUND_MM, 0.0), (0.0, -AROUND_MM)])
@@ -503,7 +508,7 @@ fn further_touches_about_another_touch_than_they_name_are_named() {
     assert_eq!(case.json("check")["suspects"], Value::Array(Vec::new()));
     change(&case, "micro.csv", &["touch"], |n, old| {
         let touch = n / 4;
-        let named = if touch < 20 { touch } else { 20 + (touch - 20 + 3) % 10 };
+        let named = if touch < 20 { touch } else { 20 + (touch - 20 + 1) % 11 };
         old[4 * named].clone()
     });
     let (step, answer) = first(&case);
