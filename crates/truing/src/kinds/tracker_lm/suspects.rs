@@ -11,6 +11,7 @@ use super::estimates::TrackerLmEstimates;
 use super::settings::{MOUNTS, RANGES, STATIONS, TARGETS};
 use super::tables::PLACE;
 use crate::case::{Change, Edit, Table};
+use crate::count::count;
 use crate::kind::Files;
 use crate::measured::Fitted;
 use crate::suspect::{
@@ -29,6 +30,8 @@ const UNMATCHED: f64 = 0.3;
 const USUAL_ERROR: f64 = 0.02;
 /// Nominal places are off by this share of their distances, at most: they come from a tape.
 const USUAL_PLACE: f64 = 0.05;
+/// What stations may be off by, over their distances from each other, for it to be how well they are known.
+const KNOWN: f64 = 0.01;
 /// Names of which every pair is tried.
 const MOST_NAMES: usize = 8;
 /// Reflectors of one station of which every two and three are exchanged.
@@ -339,7 +342,8 @@ pub(super) fn target_yardstick(survey: &TargetSurvey, fitted: &Fitted) -> Yardst
     yardstick(spread, None, &mounts, fitted)
 }
 
-/// Counts what the errors of the axis and the places take up beyond what is usual.
+/// Counts what the errors of the axis and the places take up beyond what is usual. Stations that are known to a few
+/// mm turn the whole frame, and move the places of reflectors far from them.
 fn yardstick(
     spread: f64,
     stations: Option<Vec<Point3<f64>>>,
@@ -351,14 +355,22 @@ fn yardstick(
     };
     let place = |x, y, z| Point3::new(x, y, z);
     let found_mounts: Vec<_> = found.mounts.iter().map(|m| place(m.x_mm, m.y_mm, m.z_mm)).collect();
-    let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE);
-    let of_stations = stations.map_or(0.0, |stations| {
+    let (of_stations, turn_rad, away_mm) = stations.map_or((0.0, 0.0, 0.0), |stations| {
         let found: Vec<_> = found.stations.iter().map(|s| place(s.x_mm, s.y_mm, s.z_mm)).collect();
-        beyond(moved(&stations, &found), USUAL_PLACE)
+        let share = moved(&stations, &found);
+        let turn_rad = if share > KNOWN { 0.0 } else { share };
+        (beyond(share, USUAL_PLACE), turn_rad, (middle(&stations) - middle(mounts)).norm())
     });
+    let by_frame = turn_rad * away_mm / spread_of(mounts.iter().map(|p| p.coords.as_slice()));
+    let of_mounts = beyond(moved(mounts, &found_mounts), USUAL_PLACE + by_frame);
     let of_axis = beyond(turned(found, mounts), USUAL_ERROR);
     let taken_up = spread * of_axis.hypot(of_stations).hypot(of_mounts);
     Yardstick { spread, taken_up, gross: GROSS, unmatched: UNMATCHED, ..Yardstick::NONE }
+}
+
+fn middle(places: &[Point3<f64>]) -> Vector3<f64> {
+    let sum: Vector3<f64> = places.iter().map(|place| place.coords).sum();
+    sum / count(places.len().max(1))
 }
 
 fn beyond(share: f64, usual: f64) -> f64 {
@@ -369,15 +381,12 @@ fn beyond(share: f64, usual: f64) -> f64 {
 fn moved(nominal: &[Point3<f64>], found: &[Point3<f64>]) -> f64 {
     let spread = |points: &[Point3<f64>]| spread_of(points.iter().map(|p| p.coords.as_slice()));
     let square: f64 = nominal.iter().zip(found).map(|(a, b)| (a - b).norm_squared()).sum();
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let n = nominal.len().max(1) as f64;
-    (square / n).sqrt() / spread(nominal).max(spread(found))
+    (square / count(nominal.len().max(1))).sqrt() / spread(nominal).max(spread(found))
 }
 
 /// What the six errors of the axis move the reflectors by, over their distance from it.
 fn turned(found: &TrackerLmEstimates, mounts: &[Point3<f64>]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-    let mean = |sum: f64, n: usize| sum / n.max(1) as f64;
+    let mean = |sum: f64, n: usize| sum / count(n.max(1));
     let radius_mm =
         mean(mounts.iter().map(|m| m.coords.norm_squared()).sum::<f64>(), mounts.len()).sqrt();
     let square = found.axis_errors.iter().map(|e| {

@@ -207,3 +207,65 @@ fn coordinates_of_one_station_that_are_exchanged_are_named_with_its_line() {
     assert!(said.contains("`y_mm`, `z_mm` of stations.csv are exchanged"), "{said}");
     assert!(said.contains("in line 3"), "{said}");
 }
+
+/// A survey of a short swing, of stations above it that are known to some mm: with more than they are off the frame is
+/// turned, and what is far from them is elsewhere. The readings agree, and nothing is wrong with any.
+#[test]
+fn stations_that_are_known_to_some_mm_accuse_no_reading() {
+    const STATIONS_MM: [[f64; 3]; 5] = [
+        [-500.0, -500.0, 1500.0],
+        [520.0, -450.0, 1600.0],
+        [450.0, 560.0, 1550.0],
+        [-480.0, 520.0, 1700.0],
+        [0.0, 60.0, 1800.0],
+    ];
+    const OFF_MM: [[f64; 3]; 5] = [
+        [2.9, -1.4, 3.1],
+        [-3.6, 2.2, -1.1],
+        [1.8, 3.9, -2.7],
+        [-2.4, -3.3, 1.2],
+        [3.0, 1.0, -3.8],
+    ];
+    const MOUNTS_MM: [[f64; 3]; 4] =
+        [[0.0, 0.0, 180.0], [110.0, 60.0, 160.0], [-120.0, 50.0, 150.0], [10.0, -120.0, 140.0]];
+    const ORIGIN_Z_MM: f64 = 300.0;
+    let toml = "kind = \"tracker-lm\"\n[axis]\nletter = \"B\"\norigin_mm = [0.0, 0.0, 300.0]\n\
+                direction = [0.0, 1.0, 0.0]\n[noise]\ndisplacement_mm = 0.0005\n";
+    let [mut stations, mut mounts, mut ranges] = [
+        "station,x_mm,y_mm,z_mm\n",
+        "mount,x_mm,y_mm,z_mm\n",
+        "station,mount,step,angle_deg,displacement_mm\n",
+    ]
+    .map(str::to_owned);
+    for (k, [x, y, z]) in MOUNTS_MM.into_iter().enumerate() {
+        mounts += &format!("M{k},{x},{y},{z}\n");
+    }
+    let mut n = 0.0;
+    for (i, (nominal, off)) in STATIONS_MM.into_iter().zip(OFF_MM).enumerate() {
+        let [x, y, z] = nominal;
+        stations += &format!("S{i},{x},{y},{z}\n");
+        let station: [f64; 3] = std::array::from_fn(|axis| nominal[axis] + off[axis]);
+        for (k, [x, y, z]) in MOUNTS_MM.into_iter().enumerate() {
+            let length_mm = |angle_deg: f64| {
+                let (sin, cos) = angle_deg.to_radians().sin_cos();
+                let at = [x * cos + z * sin, y, ORIGIN_Z_MM - x * sin + z * cos];
+                at.iter().zip(station).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+            };
+            for step in 0..15 {
+                let angle_deg = -21.0 + 3.0 * f64::from(step);
+                n += 1.0;
+                let noise_mm = 7e-4 * (1e4 * f64::sin(12.9 * n)).sin();
+                let moved_mm = length_mm(angle_deg) - length_mm(-21.0) + noise_mm;
+                ranges += &format!("S{i},M{k},{step},{angle_deg},{moved_mm:.6}\n");
+            }
+        }
+    }
+    let case = Case::new(&[
+        ("case.toml", toml),
+        ("stations.csv", &stations),
+        ("mounts.csv", &mounts),
+        (RANGES, &ranges),
+    ]);
+    let answer = case.json("loop");
+    assert_eq!(answer["verdict"], "nothing-missing", "{}", answer["steps"]);
+}
