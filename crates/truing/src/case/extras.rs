@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use model_discrepancy::{Covariate, Quantity};
 
 use super::column_kinds::ColumnKinds;
@@ -10,7 +12,7 @@ const MAX_COVARIATE: f64 = 1e30;
 /// Columns that the declared model does not use.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Extras {
-    /// Numbers in every row.
+    /// Numbers in every row, and the names of labels that come and go.
     pub(crate) covariates: Vec<NumberColumn>,
     /// Text: possible groupings.
     pub(crate) labels: Vec<String>,
@@ -67,6 +69,7 @@ impl Extras {
             )),
             (Some(row), _) => {
                 self.labels.push(name.clone());
+                self.covariates.extend(by_name(table, column));
                 if 2 * values.len() > table.n_rows() {
                     self.warnings.push(format!(
                         "{}: not a number, so the whole column is taken for a label",
@@ -76,6 +79,32 @@ impl Extras {
             }
         }
     }
+}
+
+/// Names of a label at most, and rows of each at least, for which each name is a covariate.
+const MOST_NAMES: usize = 12;
+const FEWEST_ROWS: usize = 3;
+
+/// For each name of a label that comes and goes, as the nest or the stylus that was used: 1 in its rows, else 0; of two
+/// names the second. Where each name stands in one piece the rows are sessions, which have effects of their own.
+fn by_name(table: &Table, column: usize) -> Vec<NumberColumn> {
+    let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
+    let mut rows: BTreeMap<&str, usize> = BTreeMap::new();
+    for cell in &cells {
+        *rows.entry(cell).or_default() += 1;
+    }
+    let pieces = cells.chunk_by(|a, b| a == b).count();
+    let is_recorded = !rows.contains_key("") && rows.values().all(|n| *n >= FEWEST_ROWS);
+    if !(2..=MOST_NAMES).contains(&rows.len()) || !is_recorded || pieces == rows.len() {
+        return Vec::new();
+    }
+    let of = |name: &str| NumberColumn {
+        name: format!("{}: {name}", table.names()[column]),
+        values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
+        quantity: Quantity::Other,
+    };
+    let first = usize::from(rows.len() == 2);
+    rows.into_keys().skip(first).map(of).collect()
 }
 
 enum Cell {
