@@ -85,9 +85,15 @@ impl Extras {
 const MOST_NAMES: usize = 12;
 const FEWEST_ROWS: usize = 3;
 
+/// Label of what was measured together, warmer than the rest or set up anew.
+pub(crate) const SESSION: &str = "session";
+
 /// For each name of a label that comes and goes, as the nest or the stylus that was used: 1 in its rows, else 0; of two
-/// names the second. Where each name stands in one piece the rows are sessions, which have effects of their own.
+/// names the second. Sessions, and where each name stands in one piece what may be one, have effects of their own.
 fn by_name(table: &Table, column: usize) -> Vec<NumberColumn> {
+    if table.names()[column] == SESSION {
+        return Vec::new();
+    }
     let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
     let mut rows: BTreeMap<&str, usize> = BTreeMap::new();
     for cell in &cells {

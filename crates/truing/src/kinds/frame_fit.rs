@@ -16,7 +16,9 @@ use frame_fit::{Handedness, Transform};
 use model_discrepancy::Quantity;
 
 use crate::Error;
-use crate::case::{Columns, Document, Folder, NumberColumn, Positive, Problem, Table, group_names};
+use crate::case::{
+    Columns, Document, Folder, NumberColumn, Positive, Problem, SESSION, Table, group_names,
+};
 use crate::kind::Kind;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::{Measured, Reading};
@@ -29,8 +31,8 @@ pub use tip::{DistanceResidual, PlaceEstimate, PoseResidual, TipEstimates};
 use measured::{FrameCase, Sigma, Use};
 
 use settings::{
-    COORDINATES, DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SESSION, SIGMA, Settings,
-    TO, TransformName,
+    COORDINATES, DISTANCES, FROM, HandednessName, KNOWN, PAIRS, POSES, SIGMA, Settings, TO,
+    TransformName,
 };
 
 pub(crate) const KIND: Kind = Kind {

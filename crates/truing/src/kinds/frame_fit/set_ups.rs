@@ -6,8 +6,8 @@ use frame_fit::{Mislabelled, TipPose, mislabelled};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::estimates::FrameFitEstimates;
-use super::settings::{COORDINATES as POSITION, FROM, KNOWN, PAIRS, POSES, SESSION, TO};
-use crate::case::{Change, Edit, Order, Table};
+use super::settings::{COORDINATES as POSITION, FROM, KNOWN, PAIRS, POSES, TO};
+use crate::case::{Change, Edit, Order, SESSION, Table};
 use crate::kind::Files;
 use crate::kinds::orientation::QUATERNION;
 use crate::measured::Fitted;

@@ -9,8 +9,6 @@ use crate::kinds::undeclared;
 pub(super) const POSES: &str = "poses.csv";
 pub(super) const DISTANCES: &str = "distances.csv";
 pub(super) const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-/// Label column that names sessions.
-pub(super) const SESSION: &str = "session";
 pub(super) const PAIRS: &str = "pairs.csv";
 pub(super) const FROM: [&str; 3] = ["from_x_mm", "from_y_mm", "from_z_mm"];
 pub(super) const TO: [&str; 3] = ["to_x_mm", "to_y_mm", "to_z_mm"];
