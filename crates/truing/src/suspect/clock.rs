@@ -128,7 +128,7 @@ pub(crate) fn clocks(
 impl Record<'_> {
     /// The offset that fits best; `None` where times do not run on.
     pub(crate) fn late(&self) -> Option<Late> {
-        let interval_s = median_step(self)?;
+        let interval_s = self.interval_s()?;
         let whole = self.course(false);
         let mut best = (f64::INFINITY, 0.0);
         for k in offsets() {
@@ -311,15 +311,6 @@ fn offsets() -> impl Iterator<Item = f64> {
         next += 0.5;
         (this <= FARTHEST).then_some(this)
     })
-}
-
-fn median_step(record: &Record<'_>) -> Option<f64> {
-    let mut steps: Vec<f64> = (1..record.time_s.len())
-        .filter(|&i| record.stretch[i] == record.stretch[i - 1])
-        .map(|i| record.time_s[i] - record.time_s[i - 1])
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0)
 }
 
 /// Which stretch each row of a table is in, by the names in a column.

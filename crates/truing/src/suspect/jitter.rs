@@ -30,30 +30,100 @@ const WANDERS: f64 = 0.85;
 const FORGOTTEN: f64 = 0.15;
 const FORGOTTEN_AFTER: usize = 10;
 
+/// Jitter that is tried where it is longer than from one reading to the next, in intervals, and how many times of it are looked
+/// at either way.
+const LONGER: [f64; 8] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0];
+const EITHER_WAY: f64 = 3.0;
+/// Logarithm of the ratio of the squares that such a jitter makes and those that are there, at most: half as much again.
+const EXPLAINED: f64 = 0.4;
+
+/// A reading, what it should have been, and by what that changes.
+#[derive(Clone, Copy)]
+struct Seen {
+    row: usize,
+    stretch: usize,
+    expected: f64,
+    slope: f64,
+    residual: f64,
+}
+
 /// Readings that scatter where the signal is steep, and nowhere else: each was taken at a time of
-/// its own.
+/// its own. Where that is farther off than the next reading, they scatter as what lies about them does.
 pub(super) fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     // What it should have read is moved: between two of its own readings jitter would be averaged.
     let expected: Vec<Option<f64>> =
         (0..record.read.len()).map(|i| record.at(record.expected, i, -offset_s)).collect();
     let inner = (1..record.read.len().saturating_sub(1))
         .filter(|&i| record.stretch[i - 1] == record.stretch[i + 1]);
-    let mut seen: Vec<(usize, f64, (f64, f64))> = inner
-        .filter_map(|i| {
-            let [before, at, after] = [expected[i - 1]?, expected[i]?, expected[i + 1]?];
-            let slope = (after - before) / (record.time_s[i + 1] - record.time_s[i - 1]);
-            Some((record.stretch[i], at, (slope, record.read[i] - at)))
+    let seen: Vec<Seen> = inner
+        .filter_map(|row| {
+            let [before, at, after] = [expected[row - 1]?, expected[row]?, expected[row + 1]?];
+            let slope = (after - before) / (record.time_s[row + 1] - record.time_s[row - 1]);
+            let residual = record.read[row] - at;
+            Some(Seen { row, stretch: record.stretch[row], expected: at, slope, residual })
         })
         .collect();
+    told(record, seen.clone(), true)
+        .or_else(|| told(record, by_what_lies_about(record, &expected, &seen)?, false))
+}
+
+/// The same with what lies about each within the jitter that explains the most: its standard deviation for the slope, over the
+/// jitter, and the residual beside its mean.
+fn by_what_lies_about(
+    record: &Record<'_>,
+    expected: &[Option<f64>],
+    seen: &[Seen],
+) -> Option<Vec<Seen>> {
+    let interval_s = record.interval_s()?;
+    let of = |times: &f64| -> (f64, Vec<Seen>) {
+        let jitter_s = times * interval_s;
+        let all = seen.iter().map(|seen| about(record, expected, seen, jitter_s));
+        let all: Vec<Seen> = all.collect();
+        let ratio = squares(&all, |seen| seen.residual)
+            / (squares(&all, |seen| seen.slope) * jitter_s.powi(2));
+        (ratio.ln().abs(), all)
+    };
+    let (off, all) = LONGER.iter().map(of).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // The mean of what lies about each is a part of what it is off by, then.
+    let [beside, whole] = [&all[..], seen].map(|seen| squares(seen, |seen| seen.residual));
+    (off <= EXPLAINED && beside <= whole).then_some(all)
+}
+
+fn squares(seen: &[Seen], of: fn(&Seen) -> f64) -> f64 {
+    seen.iter().map(|seen| of(seen).powi(2)).sum()
+}
+
+fn about(record: &Record<'_>, expected: &[Option<f64>], seen: &Seen, jitter_s: f64) -> Seen {
+    let away_s = |row: usize| record.time_s[row] - record.time_s[seen.row];
+    let is_about = |row: &usize| {
+        record.stretch[*row] == seen.stretch && away_s(*row).abs() <= EITHER_WAY * jitter_s
+    };
+    let before = (0..seen.row).rev().take_while(is_about);
+    let after = (seen.row..expected.len()).take_while(is_about);
+    let weighed = before.chain(after).filter_map(|row| {
+        let weight = (-0.5 * (away_s(row) / jitter_s).powi(2)).exp();
+        Some((weight, expected[row]? - seen.expected))
+    });
+    let [all, mean, square] = weighed.fold([0.0; 3], |[all, mean, square], (weight, change)| {
+        [all + weight, mean + weight * change, square + weight * change * change]
+    });
+    let mean = mean / all;
+    let scatter = (square / all - mean * mean).max(0.0).sqrt();
+    let slope = (scatter / jitter_s).copysign(seen.slope);
+    Seen { slope, residual: seen.residual - mean, ..*seen }
+}
+
+/// Whether it is jitter; a clock that wanders is, where that may be.
+fn told(record: &Record<'_>, mut seen: Vec<Seen>, may_wander: bool) -> Option<Hypothesis> {
     // What a whole stretch is off by was not read at other times.
-    for stretch in seen.chunk_by_mut(|a, b| a.0 == b.0) {
-        let mean = stretch.iter().map(|(_, _, (_, r))| r).sum::<f64>() / count(stretch.len());
-        for (_, _, (_, r)) in stretch {
-            *r -= mean;
+    for stretch in seen.chunk_by_mut(|a, b| a.stretch == b.stretch) {
+        let mean = stretch.iter().map(|seen| seen.residual).sum::<f64>() / count(stretch.len());
+        for seen in stretch {
+            seen.residual -= mean;
         }
     }
     let (forces, mut pairs): (Vec<f64>, Vec<(f64, f64)>) =
-        seen.into_iter().map(|(_, force, pair)| (force, pair)).unzip();
+        seen.into_iter().map(|seen| (seen.expected, (seen.slope, seen.residual))).unzip();
     if follows(forces, &pairs) > FOLLOWS {
         return None;
     }
@@ -72,7 +142,7 @@ pub(super) fn jitter(record: &Record<'_>, offset_s: f64) -> Option<Hypothesis> {
     let along = |by: usize| {
         late.iter().zip(late.iter().skip(by)).map(|(one, other)| one * other).sum::<f64>() / square
     };
-    let wanders = along(1) < WANDERS && along(FORGOTTEN_AFTER).abs() < FORGOTTEN;
+    let wanders = may_wander && along(1) < WANDERS && along(FORGOTTEN_AFTER).abs() < FORGOTTEN;
     let goes_on = along(1) > MEMORY && !wanders;
     let jitter_s = (square / count(late.len())).sqrt();
     pairs.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
@@ -175,6 +245,18 @@ mod tests {
             latency_s: 0.1,
         };
         jitter(&record, 0.0).map(|hypothesis| hypothesis.description)
+    }
+
+    /// A force that stands still, and goes down and up again, read up to ten readings earlier or later.
+    #[test]
+    fn readings_that_change_their_order_are_jitter() {
+        let force = |at: f64| {
+            let way = (at.rem_euclid(count(EACH)) - 10.0) / 20.0;
+            let down = (std::f64::consts::PI * way.clamp(0.0, 1.0)).sin();
+            LOAD_N * (1.0 - 0.8 * down)
+        };
+        let off = |i: usize| force(count(i) + 10.0 * even(i * 7 + 3)) - force(count(i));
+        assert!(found_in(|i| force(count(i)), off).is_some());
     }
 
     #[test]

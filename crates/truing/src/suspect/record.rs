@@ -18,6 +18,16 @@ pub(crate) struct Record<'t> {
 }
 
 impl Record<'_> {
+    /// Between two of its readings; `None` where its time does not run on.
+    pub(super) fn interval_s(&self) -> Option<f64> {
+        let mut steps: Vec<f64> = (1..self.time_s.len())
+            .filter(|&i| self.stretch[i] == self.stretch[i - 1])
+            .map(|i| self.time_s[i] - self.time_s[i - 1])
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0)
+    }
+
     /// One of two courses this much later than at reading `i`, by a polynomial through the readings
     /// about that time; `None` beyond the ends of a stretch.
     pub(super) fn at(&self, values: &[f64], i: usize, offset_s: f64) -> Option<f64> {
