@@ -143,7 +143,7 @@ pub(crate) fn read_targets(
     let table = folder.table(file, &["target_mm", "actual_mm", DIRECTION, "cycle"])?;
     one_axis(&table)?;
     let mut columns = Columns::new(&table, KNOWN);
-    let positions = positions(&mut columns)?;
+    let positions = positions(&table, &mut columns)?;
     let of_table = AxisTable {
         file,
         target: if columns.has("target_deg") { "target_deg" } else { "target_mm" },
@@ -229,7 +229,19 @@ fn reading(columns: &Columns<'_>) -> (&'static str, bool) {
     (if columns.has("target_deg") { "actual_deg" } else { "actual_mm" }, true)
 }
 
-fn positions(columns: &mut Columns<'_>) -> Result<Positions, Error> {
+/// Deviations in seconds of arc, as 359.999° is a thousandth below 0°; the table's notes say where that was so.
+fn within_a_turn(table: &Table, off_deg: Vec<f64>) -> Vec<f64> {
+    let turns = |off: f64| (off / TURN_DEG).round();
+    let wrapped = off_deg.iter().filter(|off| turns(**off).abs() > 0.5).count();
+    if wrapped > 0 {
+        table.note(format!(
+            "{wrapped} positions a full turn from their targets: taken for what they are within it"
+        ));
+    }
+    off_deg.into_iter().map(|off| ARCSEC_PER_DEG * (off - TURN_DEG * turns(off))).collect()
+}
+
+fn positions(table: &Table, columns: &mut Columns<'_>) -> Result<Positions, Error> {
     let is_rotary = columns.has("target_deg");
     if is_rotary && columns.has("target_mm") {
         return Err(exclusive(columns, "target_mm", "target_deg"));
@@ -245,16 +257,10 @@ fn positions(columns: &mut Columns<'_>) -> Result<Positions, Error> {
     let found = found.iter().copied().find(|name| columns.has(name));
     let Some(deviation) = found else {
         let actual = columns.numbers(actual)?;
-        let deviations = targets.iter().zip(actual);
+        let off = targets.iter().zip(actual).map(|(t, a)| a - t);
         let deviations = match motion {
-            AxisMotion::Linear => deviations.map(|(t, a)| a - t).collect(),
-            // 359.999° is a thousandth below 0°.
-            AxisMotion::Rotary => deviations
-                .map(|(t, a)| {
-                    let turned = a - t;
-                    ARCSEC_PER_DEG * (turned - TURN_DEG * (turned / TURN_DEG).round())
-                })
-                .collect(),
+            AxisMotion::Linear => off.collect(),
+            AxisMotion::Rotary => within_a_turn(table, off.collect()),
         };
         return Ok(Positions { motion, targets, deviations });
     };

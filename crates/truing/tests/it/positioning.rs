@@ -106,6 +106,9 @@ fn a_rotary_axis_passes_zero_and_is_read_in_seconds_of_arc() {
     assert_eq!(answer["estimates"]["run"]["unit"], "arcsec");
     assert!((figure(&answer, "figures", "B") - 14.0).abs() < 2.0);
     assert!((figure(&answer, "figures", "M") - 21.0).abs() < 2.0);
+    // The first target is zero: coming down to it, five times, the axis stops below.
+    let notes = answer["notes"].to_string();
+    assert!(notes.contains("5 positions a full turn from their targets"), "{notes}");
 }
 
 #[test]
