@@ -12,6 +12,7 @@ mod points;
 mod poses;
 mod rows;
 mod scattered;
+mod touches;
 mod tracer;
 mod wrench;
 
