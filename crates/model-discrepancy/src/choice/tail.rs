@@ -1,13 +1,13 @@
 //! Candidates that are nothing but one reading far off, which may be the tail of the noise.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::algebra::basis::{Basis, NEW_DIRECTION};
 use crate::choice::candidate::Candidate;
 use crate::levels::STAY;
 use crate::noise::linear::Linear;
 use crate::tests::f_test::f_test_of;
-use crate::tests::tails::is_in_tails;
+use crate::tests::tails::{beside, is_in_tails};
 
 /// Whether any of `candidates` is a single reading as far off as noise with heavy tails puts one.
 pub(crate) fn may_be_a_tail(lin: &Linear<'_>, base: &Basis, candidates: &[&Candidate]) -> bool {
@@ -59,10 +59,7 @@ fn carried_by(
     let squares = (lin.noise.free_readings(lin).iter())
         .map(|(i, left)| (readings[*i].of(&explained).powi(2) / left, readings[*i].observation));
     let (_, observation) = squares.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let own = readings.iter().filter(|r| r.observation == observation);
-    let columns: Vec<_> = own.map(|r| r.column(lin.rows.len())).collect();
-    let alone = DMatrix::from_columns(&columns);
-    let without = base.with(&alone, NEW_DIRECTION);
+    let without = beside(lin, base, observation);
     let full = without.with(&candidate.beside, NEW_DIRECTION.sqrt());
     let test = f_test_of(
         full.explained_from(without.dim(), residual),

@@ -47,11 +47,16 @@ pub(crate) fn stands_out(lin: &Linear<'_>) -> Option<FarOff> {
     let size = |(reading, seen): (&&Reading, Seen)| (seen.z.abs(), reading.observation);
     let of_each = each_studentized(lin, &lin.basis, &all).map(size);
     let (_, observation) = of_each.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let own = readings.iter().filter(|reading| reading.observation == observation);
-    let columns: Vec<_> = own.map(|reading| reading.column(lin.rows.len())).collect();
-    let beside = lin.basis.with(&DMatrix::from_columns(&columns), NEW_DIRECTION);
-    let (z, chance) = far_off(lin, &beside, observation)?;
+    let (z, chance) = far_off(lin, &beside(lin, &lin.basis, observation), observation)?;
     (chance <= STAY).then_some(FarOff { observation, z, chance })
+}
+
+/// The span of a basis and of the readings of an observation, each by itself.
+pub(crate) fn beside(lin: &Linear<'_>, base: &Basis, observation: usize) -> Basis {
+    let readings = lin.noise.all_readings(lin).iter();
+    let own = readings.filter(|reading| reading.observation == observation);
+    let columns: Vec<_> = own.map(|reading| reading.column(lin.rows.len())).collect();
+    base.with(&DMatrix::from_columns(&columns), NEW_DIRECTION)
 }
 
 /// A reading that lies far off.
