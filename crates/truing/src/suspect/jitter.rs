@@ -75,15 +75,23 @@ fn by_what_lies_about(
     seen: &[Seen],
 ) -> Option<Vec<Seen>> {
     let interval_s = record.interval_s()?;
-    let of = |times: &f64| -> (f64, Vec<Seen>) {
+    let mut best: Option<(f64, Vec<Seen>)> = None;
+    for times in LONGER {
         let jitter_s = times * interval_s;
         let all = seen.iter().map(|seen| about(record, expected, seen, jitter_s));
         let all: Vec<Seen> = all.collect();
         let ratio = squares(&all, |seen| seen.residual)
             / (squares(&all, |seen| seen.slope) * jitter_s.powi(2));
-        (ratio.ln().abs(), all)
-    };
-    let (off, all) = LONGER.iter().map(of).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let off = ratio.ln().abs();
+        if best.as_ref().is_none_or(|(known, _)| off < *known) {
+            best = Some((off, all));
+        }
+        // A longer one makes more yet.
+        if ratio < 1.0 {
+            break;
+        }
+    }
+    let (off, all) = best?;
     // The mean of what lies about each is a part of what it is off by, then.
     let [beside, whole] = [&all[..], seen].map(|seen| squares(seen, |seen| seen.residual));
     (off <= EXPLAINED && beside <= whole).then_some(all)
