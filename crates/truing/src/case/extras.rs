@@ -1,10 +1,11 @@
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use model_discrepancy::{Covariate, Quantity};
 
 use super::column_kinds::ColumnKinds;
 use super::quote::quote;
 use super::table::Table;
+use crate::count::count;
 
 /// Largest covariate: a clock in nanoseconds fits, and squares stay far inside an `f64`.
 const MAX_COVARIATE: f64 = 1e30;
@@ -81,36 +82,46 @@ impl Extras {
     }
 }
 
-/// Names of a label at most, and rows of each at least, for which each name is a covariate.
+/// Names of a label at most for which each is a covariate, and rows of each at least.
 const MOST_NAMES: usize = 12;
 const FEWEST_ROWS: usize = 3;
 
 /// Label of what was measured together, warmer than the rest or set up anew.
 pub(crate) const SESSION: &str = "session";
 
-/// For each name of a label that comes and goes, as the nest or the stylus that was used: 1 in its rows, else 0; of two
-/// names the second. Sessions, and where each name stands in one piece what may be one, have effects of their own.
+/// Of each name of a label that comes and goes, as the nest or the stylus that was used; of two names of the second. Sessions,
+/// and where each name stands in one piece what may be one, have effects of their own.
 fn by_name(table: &Table, column: usize) -> Vec<NumberColumn> {
-    if table.names()[column] == SESSION {
+    let label = &table.names()[column];
+    let all = of_names(table, column, |name| format!("{label}: {name}"));
+    let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
+    let pieces = cells.chunk_by(|a, b| a == b).count();
+    let is_recorded = !cells.contains(&"")
+        && all.iter().all(|one| one.values.iter().sum::<f64>() >= count(FEWEST_ROWS));
+    if label == SESSION || !is_recorded || pieces == all.len() {
         return Vec::new();
     }
+    let first = usize::from(all.len() == 2);
+    all.into_iter().skip(first).collect()
+}
+
+/// For each name of a label that has two or more, and not too many: 1 in its rows, else 0.
+pub(crate) fn of_names(
+    table: &Table,
+    column: usize,
+    titled: impl Fn(&str) -> String,
+) -> Vec<NumberColumn> {
     let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
-    let mut rows: BTreeMap<&str, usize> = BTreeMap::new();
-    for cell in &cells {
-        *rows.entry(cell).or_default() += 1;
-    }
-    let pieces = cells.chunk_by(|a, b| a == b).count();
-    let is_recorded = !rows.contains_key("") && rows.values().all(|n| *n >= FEWEST_ROWS);
-    if !(2..=MOST_NAMES).contains(&rows.len()) || !is_recorded || pieces == rows.len() {
+    let names: BTreeSet<&str> = cells.iter().copied().collect();
+    if !(2..=MOST_NAMES).contains(&names.len()) {
         return Vec::new();
     }
     let of = |name: &str| NumberColumn {
-        name: format!("{}: {name}", table.names()[column]),
+        name: titled(name),
         values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
         quantity: Quantity::Other,
     };
-    let first = usize::from(rows.len() == 2);
-    rows.into_keys().skip(first).map(of).collect()
+    names.into_iter().map(of).collect()
 }
 
 enum Cell {

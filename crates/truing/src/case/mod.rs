@@ -33,7 +33,7 @@ pub(crate) use dialect::{Writing, with_point, writing};
 pub(crate) use document::{CASE_FILE, Document};
 pub(crate) use edit::{Change, Edit};
 pub(crate) use encoding::{Undecoded, decode};
-pub(crate) use extras::{Extras, NumberColumn, SESSION};
+pub(crate) use extras::{Extras, NumberColumn, SESSION, of_names};
 pub(crate) use folder::Folder;
 pub use folder::ReadOptions;
 pub(crate) use group::{group_name, group_names, no_column};

@@ -10,14 +10,12 @@ mod settings;
 mod suspects;
 mod tip;
 
-use std::collections::BTreeSet;
-
 use frame_fit::{Handedness, Transform};
-use model_discrepancy::Quantity;
 
 use crate::Error;
 use crate::case::{
     Columns, Document, Folder, NumberColumn, Positive, Problem, SESSION, Table, group_names,
+    of_names,
 };
 use crate::kind::Kind;
 use crate::kinds::orientation::QUATERNION;
@@ -115,23 +113,11 @@ fn read(folder: &Folder, document: &Document) -> Result<Reading, Error> {
 }
 
 /// Sessions of which each may have been unlike the others.
-const MOST_SESSIONS: usize = 12;
-
-/// For every session: 1 in its rows, else 0.
 fn sessions(table: &Table, labels: &[String]) -> Vec<NumberColumn> {
     let label = labels.iter().find(|label| *label == SESSION);
-    let Some(column) = label.and_then(|label| table.column(label)) else { return Vec::new() };
-    let cells: Vec<&str> = (0..table.n_rows()).map(|row| table.cell(row, column)).collect();
-    let names: BTreeSet<&str> = cells.iter().copied().collect();
-    if !(2..=MOST_SESSIONS).contains(&names.len()) {
-        return Vec::new();
-    }
-    let of = |name: &str| NumberColumn {
-        name: format!("{SESSION}: {SESSION} {name}"),
-        values: cells.iter().map(|cell| f64::from(u8::from(*cell == name))).collect(),
-        quantity: Quantity::Other,
-    };
-    names.into_iter().map(of).collect()
+    let column = label.and_then(|label| table.column(label));
+    let titled = |name: &str| format!("{SESSION}: {SESSION} {name}");
+    column.map_or_else(Vec::new, |column| of_names(table, column, titled))
 }
 
 /// One row per point.
